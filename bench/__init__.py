@@ -1,0 +1,1 @@
+"""The laboratory: suites, runs, metrics, statistics, comparisons, reports, the command line."""

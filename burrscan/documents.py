@@ -1,0 +1,97 @@
+"""Reading TOML and JSON into dataclasses: every error listed at once, unknown keys refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tomllib
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import pydantic
+
+from burrscan.errors import InputError
+from burrscan.variants import suggest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+T = TypeVar("T")
+
+STRICT = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
+"""For ``__pydantic_config__`` of dataclasses that documents are read into."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file as plain tables; :class:`InputError` says what is wrong with the file."""
+    try:
+        with path.open("rb") as file:
+            return tomllib.load(file)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def read_json(path: Path) -> Any:  # noqa: ANN401 (what a JSON file holds)
+    """A JSON file as plain values; :class:`InputError` says what is wrong with the file."""
+    try:
+        return json.loads(path.read_text("utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except (json.JSONDecodeError, UnicodeDecodeError, OSError) as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
+    """Make a dataclass of a document.
+
+    Parameters
+    ----------
+    cls
+        A dataclass, whose fields may be dataclasses themselves.
+    document
+        Plain tables as TOML or JSON give them.
+    source
+        Where the document comes from, for the message.
+
+    Raises
+    ------
+    InputError
+        With one line per error: the dotted path, what is wrong, and a suggestion for an unknown key.
+
+    """
+    try:
+        return pydantic.TypeAdapter(cls).validate_python(document)
+    except pydantic.ValidationError as error:
+        lines = [_line(cls, item) for item in error.errors()]
+        raise InputError(
+            f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  {s}" for s in lines)
+        ) from error
+
+
+def _line(cls: type[Any], error: Any) -> str:  # noqa: ANN401 (pydantic's error dictionaries)
+    where = ".".join(str(part) for part in error["loc"])
+    if error["type"] in {"extra_forbidden", "unexpected_keyword_argument"}:
+        return f"{where}: unknown key; {suggest(str(error['loc'][-1]), _known_keys(cls))}"
+    given = "" if error["type"] == "missing" else f" (got {error['input']!r})"
+    return f"{where}: {error['msg'].lower()}{given}"
+
+
+def _known_keys(cls: type[Any]) -> list[str]:
+    """Every key that the document may hold at any depth, for suggestions."""
+    keys: set[str] = set()
+    pending: list[Any] = [cls]
+    seen: set[Any] = set()
+    while pending:
+        item = pending.pop()
+        if item in seen:
+            continue
+        seen.add(item)
+        pending.extend(getattr(item, "__args__", ()))
+        if dataclasses.is_dataclass(item) and isinstance(item, type):
+            adapter_hints = pydantic.TypeAdapter(item).json_schema().get("$defs", {})
+            keys.update(field.name for field in dataclasses.fields(item))
+            for definition in adapter_hints.values():
+                keys.update(definition.get("properties", {}))
+    return sorted(keys)

@@ -1,0 +1,75 @@
+"""Variants: a stage by a short name or by ``"module:function"``, with parameters."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from burrscan.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+
+def suggest(word: str, known: list[str]) -> str:
+    """A closing phrase for an error message: the nearest known word, or all of them."""
+    near = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(sorted(known))}"
+
+
+def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..., Any]:
+    """Find the function behind a variant's name.
+
+    Parameters
+    ----------
+    name
+        A key of ``methods``, or ``"module:function"`` of anyone's package.
+    methods
+        Short name to ``"module:function"``.
+    stage
+        What the function is for, for the message.
+
+    Raises
+    ------
+    InputError
+        When there is no such name, module or function.
+
+    """
+    path = methods.get(name, name)
+    module_name, colon, function_name = path.partition(":")
+    if not colon:
+        raise InputError(f"unknown {stage} '{name}': {suggest(name, list(methods))} (or 'module:function')")
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"{stage} '{name}': {error}; is the package installed, and is the name right?"
+        ) from error
+    function = getattr(module, function_name, None)
+    if not callable(function):
+        names = [key for key, value in vars(module).items() if inspect.isfunction(value)]
+        raise InputError(
+            f"{stage} '{name}': no function '{function_name}' in {module_name}; "
+            f"{suggest(function_name, names)}"
+        )
+    return function  # type: ignore[no-any-return]
+
+
+def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any], *, stage: str) -> None:
+    """Refuse parameters that ``function`` does not take.
+
+    Raises
+    ------
+    InputError
+        Naming the first unknown parameter and the nearest known one.
+
+    """
+    signature = inspect.signature(function)
+    if any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
+        return
+    known = [p.name for p in signature.parameters.values() if p.kind is p.KEYWORD_ONLY]
+    for key in parameters:
+        if key not in known:
+            raise InputError(f"{stage}: unknown parameter '{key}': {suggest(key, known)}")

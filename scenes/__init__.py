@@ -1,0 +1,1 @@
+"""The simulated world: wheels, burrs, finishes, light transport, electronics, and the truth."""
