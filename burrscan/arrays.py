@@ -19,7 +19,7 @@ Image: TypeAlias = NDArray[np.uint16]
 def freeze(owner: object, **arrays: NDArray[np.generic] | None) -> None:
     """Store ``arrays`` on a frozen dataclass as read-only views (from its ``__post_init__``)."""
     for name, array in arrays.items():
-        if array is not None:
-            array = array.view()
-            array.flags.writeable = False
-        object.__setattr__(owner, name, array)
+        view = None if array is None else array.view()
+        if view is not None:
+            view.flags.writeable = False
+        object.__setattr__(owner, name, view)

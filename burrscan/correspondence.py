@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from burrscan.arrays import Bools, Floats32, Image, Levels
+from burrscan.arrays import Bools, Floats32, Image, Levels, freeze
 
 
 @dataclass(frozen=True)

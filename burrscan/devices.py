@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from burrscan.arrays import Floats
+from burrscan.arrays import Floats, freeze
 
 
 @dataclass(frozen=True)
@@ -80,5 +76,6 @@ class ProjectorSheet:
         return cls(light=black + (1.0 - black) * np.linspace(0.0, 1.0, 256) ** gamma)
 
     def levels(self, light: Floats) -> Floats:
-        """Levels 0 .. 255 (not yet rounded) that give ``light`` relative to full white; clipped to the range."""
-        return np.interp(light, self.light, np.arange(256.0))
+        """Levels 0 .. 255 (not yet rounded) that give ``light`` relative to full white, clipped."""
+        levels: Floats = np.interp(light, self.light, np.arange(256.0))
+        return levels

@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import tomllib
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
 
 import pydantic
 
 from burrscan.errors import InputError
 from burrscan.variants import suggest
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 T = TypeVar("T")
 

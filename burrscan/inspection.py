@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from burrscan.arrays import Floats
+from burrscan.arrays import Floats, freeze
 
 
 @dataclass(frozen=True)
@@ -27,8 +23,8 @@ class Axis:
         (3,) unit vector; the sign is fixed so that its largest component is positive.
     covariance
         (4, 4) of (tilt about e1, tilt about e2 in radians; offset along e1, offset along e2 in mm), where
-        e1, e2 are the columns of :func:`burrscan.axis.basis.perpendicular_basis` of the direction. NaN where a method
-        states none.
+        e1, e2 are the columns of :func:`burrscan.axis.basis.perpendicular_basis` of the direction. NaN where
+        a method states none.
     method
         The short name of the method that found it.
     evaluations
@@ -111,8 +107,8 @@ class Burr:
     volume_mm3
         Material too much or missing.
     T_mesh_burr
-        (4, 4) pose in the frame of the mesh (for a scan: the camera frame): origin at the burr's base middle, x along the burr, z along
-        the outward normal of the surface.
+        (4, 4) pose in the frame of the mesh (for a scan: the camera frame): origin at the burr's base middle,
+        x along the burr, z along the outward normal of the surface.
     significance
         Ratio of the detection statistic to its noise.
     within_limit

@@ -7,14 +7,10 @@ centres, distortion coefficients ``k1, k2, p1, p2, k3``. All lengths are millime
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from burrscan.arrays import Floats
+from burrscan.arrays import Floats, freeze
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 _UNDISTORT_STEPS = 12

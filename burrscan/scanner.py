@@ -7,14 +7,11 @@ Adaptive scanning is a loop over :meth:`Scanner.capture`, nothing more.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from burrscan.arrays import Image, Levels
-    from burrscan.devices import CameraSheet, ProjectorSheet
-    from burrscan.rig import Rig
+from burrscan.arrays import Image, Levels, freeze
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.rig import Rig
 
 
 @dataclass(frozen=True)

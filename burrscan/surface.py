@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from burrscan.arrays import freeze
-
-if TYPE_CHECKING:
-    from burrscan.arrays import Bools, Floats, Floats32, Ints32
+from burrscan.arrays import Bools, Floats, Floats32, Ints32, freeze
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Finding the axis of a surface of revolution."""
