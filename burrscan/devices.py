@@ -32,7 +32,7 @@ class CameraSheet:
     full_well_e: float = 10_000.0
     read_noise_e: float = 6.0
     black_level_dn: float = 8.0
-    exposure_range_ms: tuple[float, float] = (0.05, 400.0)
+    exposure_range_ms: tuple[float, float] = (0.05, 200.0)
 
     @property
     def saturation_dn(self) -> int:
