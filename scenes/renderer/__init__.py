@@ -1,0 +1,6 @@
+"""The renderer underneath: which Mitsuba variant this machine can run, and switching it on."""
+
+from scenes.renderer.choice import Channels, Renderer, activate, choose, usable_cores
+from scenes.renderer.probe import Probe
+
+__all__ = ["Channels", "Probe", "Renderer", "activate", "choose", "usable_cores"]

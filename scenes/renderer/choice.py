@@ -1,0 +1,157 @@
+"""Choosing the Mitsuba variant that this machine can really run, and switching it on."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import logging
+import multiprocessing
+import os
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, Literal
+
+from burrscan.errors import InputError
+from burrscan.variants import suggest
+from scenes.renderer.libraries import PATH_VARIABLE, candidates
+from scenes.renderer.probe import Probe, probe_cuda, probe_llvm
+
+VARIANT_VARIABLE = "BURRSCAN_VARIANT"
+"""Environment variable that names the variant to use, whatever else would run."""
+
+VARIANTS = ("cuda_ad_mono", "cuda_ad_rgb", "llvm_ad_mono", "llvm_ad_rgb", "scalar_rgb")
+
+Channels = Literal["mono", "rgb"]
+
+_LOG = logging.getLogger("burrscan.renderer")
+
+
+@dataclass(frozen=True)
+class Renderer:
+    """The Mitsuba variant that this machine runs, and how that was found out."""
+
+    variant: str
+    llvm_path: str | None
+    llvm_version: str | None
+    reason: str
+    probes: tuple[Probe, ...]
+
+    @property
+    def vectorised(self) -> bool:
+        """Whether whole wavefronts of rays run at once, as the traced light transport needs."""
+        return not self.variant.startswith("scalar")
+
+
+def choose(*, channels: Channels = "mono") -> Renderer:
+    """Choose CUDA if it works, else LLVM with the first library that works, else the scalar variant.
+
+    Every library is tried in a process of its own, once: the outcome is remembered on disk by file, processor
+    and versions. Mitsuba is not imported here.
+
+    Parameters
+    ----------
+    channels
+        ``"mono"`` for intensities, ``"rgb"`` for pictures to look at. Mitsuba has no scalar mono variant, so
+        the fallback is ``scalar_rgb`` in both cases.
+
+    Raises
+    ------
+    InputError
+        When the environment variable ``BURRSCAN_VARIANT`` names a variant that is unknown or cannot run.
+
+    """
+    named = os.environ.get(VARIANT_VARIABLE)
+    if named:
+        return _named(named)
+    probes = [probe_cuda()]
+    if not probes[0].ran:
+        probes += _probe_until_one_runs()
+    return _best(probes, channels)
+
+
+def activate(*, channels: Channels = "mono", threads: int | None = None) -> ModuleType:
+    """Import Mitsuba with the chosen variant switched on.
+
+    Parameters
+    ----------
+    channels
+        As for :func:`choose`.
+    threads
+        Threads of the renderer; by default as many as this process may use. Results do not depend on it.
+
+    Returns
+    -------
+    module
+        ``mitsuba``.
+
+    """
+    renderer = choose(channels=channels)
+    if not renderer.vectorised and not os.environ.get(VARIANT_VARIABLE):
+        _warn_once(f"Rendering with {renderer.variant}, which is slow: {renderer.reason}")
+    if renderer.llvm_path:
+        os.environ[PATH_VARIABLE] = renderer.llvm_path
+    mitsuba: Any = importlib.import_module("mitsuba")
+    if mitsuba.variant() != renderer.variant:
+        mitsuba.set_variant(renderer.variant)
+    importlib.import_module("drjit").set_thread_count(threads or usable_cores())
+    return mitsuba  # type: ignore[no-any-return]
+
+
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _probe_until_one_runs() -> list[Probe]:
+    probes = []
+    for library in candidates():
+        probes.append(probe_llvm(library))
+        if probes[-1].ran:
+            break
+    return probes
+
+
+def _best(probes: list[Probe], channels: Channels) -> Renderer:
+    working = [probe for probe in probes if probe.ran]
+    if not working:
+        return Renderer("scalar_rgb", None, None, _why_scalar(probes), tuple(probes))
+    best = working[0]
+    variant = f"{best.backend}_ad_{channels}"
+    if best.backend == "cuda":
+        return Renderer(variant, None, None, "a CUDA device ran the representative kernel", tuple(probes))
+    reason = f"LLVM {best.version} ran the representative kernel ({best.path})"
+    return Renderer(variant, best.path, best.version, reason, tuple(probes))
+
+
+def _why_scalar(probes: list[Probe]) -> str:
+    failed = [
+        f"LLVM {probe.version} {probe.verdict}".replace("  ", " ")
+        for probe in probes
+        if probe.backend == "llvm"
+    ]
+    found = ", ".join(failed) if failed else "no libLLVM found"
+    return f"no CUDA, and no LLVM that works ({found}); 'burrscan doctor' says what to install"
+
+
+def _named(variant: str) -> Renderer:
+    """The variant of the user's wish, with the probe that it needs."""
+    if variant not in VARIANTS:
+        raise InputError(f"{VARIANT_VARIABLE}={variant}: {suggest(variant, list(VARIANTS))}")
+    reason = f"{VARIANT_VARIABLE} asks for it"
+    if variant.startswith("scalar"):
+        return Renderer(variant, None, None, reason, ())
+    probes = [probe_cuda()] if variant.startswith("cuda") else _probe_until_one_runs()
+    if not any(probe.ran for probe in probes):
+        ends = "; ".join(f"{probe.path or probe.backend}: {probe.verdict}" for probe in probes)
+        raise InputError(f"{VARIANT_VARIABLE}={variant} cannot run here ({ends or 'no libLLVM found'})")
+    if variant.startswith("cuda"):
+        return Renderer(variant, None, None, reason, tuple(probes))
+    return Renderer(variant, probes[-1].path, probes[-1].version, reason, tuple(probes))
+
+
+@functools.cache
+def _warn_once(message: str) -> None:
+    if multiprocessing.parent_process() is None:  # the workers' parent says it for all of them
+        _LOG.warning(message)
