@@ -1,0 +1,269 @@
+"""Synthetic scans of surfaces of revolution with known truth, for the tests of the geometry half."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from burrscan.arrays import Floats, Ints32
+
+PROFILES: dict[str, tuple[tuple[float, float], ...]] = {
+    # (z, r) in mm. The stepped wheel of METHODS: radius 80 to 100 mm, 60 mm wide, same Cramér-Rao bounds.
+    "stepped_wheel": ((-30, 80), (-12, 82), (-12, 90), (8, 92), (8, 100), (30, 100)),
+    "cylinder": ((-30, 90), (30, 90)),
+    "cone": ((-30, 70), (30, 100)),
+    "flanged_hub": ((-30, 40), (-30, 100), (-20, 100), (-20, 60), (30, 55), (30, 30)),
+    "plane": ((0, 20), (0, 100)),
+}
+
+
+def torus_profile(*, radius_mm: float = 80.0, tube_mm: float = 25.0, count: int = 400) -> Floats:
+    """The outer half of a torus's circle, plus some of the inner half."""
+    angle = np.linspace(-0.75 * np.pi, 0.75 * np.pi, count)
+    return np.stack([tube_mm * np.sin(angle), radius_mm + tube_mm * np.cos(angle)], axis=1)
+
+
+def vase_profile(*, count: int = 400) -> Floats:
+    """A curve without straight parts."""
+    z = np.linspace(-60.0, 60.0, count)
+    return np.stack([z, 60.0 + 20.0 * np.sin(z / 22.0) + 5.0 * np.cos(z / 9.0)], axis=1)
+
+
+def sphere_profile(*, radius_mm: float = 90.0, count: int = 400) -> Floats:
+    """A zone of a sphere."""
+    angle = np.linspace(-1.0, 1.0, count)
+    return radius_mm * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+
+
+def profile_of(name: str) -> Floats:
+    """The (K, 2) polyline (z, r) of a named shape."""
+    curves = {"torus": torus_profile, "vase": vase_profile, "sphere": sphere_profile}
+    return curves[name]() if name in curves else np.array(PROFILES[name], dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class RidgeBurr:
+    """A ridge of triangular cross-section parallel to the axis (angles and positions in the part frame)."""
+
+    angle_deg: float = 10.0
+    height_mm: float = 2.0
+    width_deg: float = 0.6
+    z_start_mm: float = -30.0
+    z_end_mm: float = 30.0
+
+    def height_at(self, z_mm: Floats, phi_rad: Floats) -> Floats:
+        turn = np.degrees(np.angle(np.exp(1j * (phi_rad - np.radians(self.angle_deg)))))
+        along = (z_mm >= self.z_start_mm) & (z_mm <= self.z_end_mm)
+        return self.height_mm * np.clip(1.0 - 2.0 * np.abs(turn) / self.width_deg, 0.0, None) * along
+
+
+@dataclass(frozen=True)
+class RevolutionScan:
+    """A scan and its truth: the axis passes through ``point_mm`` along ``direction``."""
+
+    vertices_mm: Floats
+    faces: Ints32
+    point_mm: Floats
+    direction: Floats
+    T_mesh_part: Floats
+    sigma_mm: float
+
+    def angle_error_deg(self, direction: Floats) -> float:
+        return axis_angle_deg(direction, self.direction)
+
+    def offset_error_mm(self, point_mm: Floats) -> float:
+        """Distance of a point from the true axis."""
+        return float(np.linalg.norm(np.cross(point_mm - self.point_mm, self.direction)))
+
+
+def axis_angle_deg(first: Floats, second: Floats) -> float:
+    """Angle between two lines without sense, degrees."""
+    sine = np.linalg.norm(np.cross(first, second))
+    return float(np.degrees(np.arctan2(sine, abs(float(first @ second)))))
+
+
+def sampled_profile(polyline: Floats, count: int) -> tuple[Floats, Floats]:
+    """``count`` points evenly along a polyline in (z, r), and their unit normals (z, r), outwards."""
+    step = np.diff(polyline, axis=0)
+    length = np.hypot(step[:, 0], step[:, 1])
+    start = np.concatenate([[0.0], np.cumsum(length)])
+    along = np.linspace(0.0, start[-1], count)
+    segment = np.clip(np.searchsorted(start, along, side="right") - 1, 0, len(step) - 1)
+    tangent = step[segment] / length[segment, None]
+    points = polyline[segment] + tangent * (along - start[segment])[:, None]
+    return points, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+
+
+def grid_faces(rows: int, columns: int) -> Ints32:
+    """Two triangles per cell of a rows × columns grid of vertices in row-major order."""
+    index = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    return np.stack([a, c, b, b, c, d], axis=-1).reshape(-1, 3)
+
+
+def random_pose(rng: np.random.Generator, *, reach_mm: float = 500.0) -> Floats:
+    """A 4×4 motion with a uniform random rotation."""
+    q = rng.normal(size=4)
+    w, x, y, z = q / np.linalg.norm(q)
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = rng.uniform(-reach_mm, reach_mm, 3)
+    return pose
+
+
+def revolution_scan(
+    profile: str | Floats = "stepped_wheel",
+    *,
+    arc_deg: float = 140.0,
+    shape: tuple[int, int] = (484, 128),
+    sigma_mm: float = 0.0,
+    seed: int = 0,
+    burrs: tuple[RidgeBurr, ...] = (),
+    scale: float = 1.0,
+    outlier_share: float = 0.0,
+) -> RevolutionScan:
+    """A partial scan as METHODS defines it: a grid of (around, along) vertices, iid noise along the normal.
+
+    The default has 122,682 triangles. The middle of the arc is at angle 0 of the part frame; the pose is
+    random. ``scale`` multiplies everything, noise included; outliers are displaced by up to 20 mm.
+    """
+    rng = np.random.default_rng(seed)
+    polyline = profile_of(profile) if isinstance(profile, str) else profile
+    around, along = shape
+    curve, normal = sampled_profile(polyline, along)
+    phi = np.radians(np.linspace(-arc_deg / 2, arc_deg / 2, around))[:, None]
+    lift = sigma_mm * rng.normal(size=shape)
+    for burr in burrs:
+        lift += burr.height_at(np.broadcast_to(curve[:, 0], shape), np.broadcast_to(phi, shape))
+    outlier = rng.random(shape) < outlier_share
+    lift[outlier] += rng.uniform(-20.0, 20.0, int(outlier.sum()))
+    z, r = curve[:, 0] + lift * normal[:, 0], curve[:, 1] + lift * normal[:, 1]
+    points = scale * np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1).reshape(-1, 3)
+    pose = random_pose(rng, reach_mm=500.0 * scale)
+    vertices = points @ pose[:3, :3].T + pose[:3, 3]
+    return RevolutionScan(vertices, grid_faces(*shape), pose[:3, 3], pose[:3, 2], pose, scale * sigma_mm)
+
+
+def cramer_rao_covariance(
+    profile: str | Floats = "stepped_wheel",
+    *,
+    arc_deg: float = 140.0,
+    shape: tuple[int, int] = (484, 128),
+    sigma_mm: float,
+) -> Floats:
+    """4×4 bound on (tilt about x, tilt about y in rad; offset x, y in mm at z = 0) in the part frame.
+
+    The generatrix is free: one unknown per row of the grid, eliminated by centring the Jacobian per row.
+    """
+    polyline = profile_of(profile) if isinstance(profile, str) else profile
+    curve, normal = sampled_profile(polyline, shape[1])
+    phi = np.radians(np.linspace(-arc_deg / 2, arc_deg / 2, shape[0]))
+    cosine, sine = np.cos(phi) - np.cos(phi).mean(), np.sin(phi) - np.sin(phi).mean()
+    lever = curve[:, 0] * normal[:, 1] - curve[:, 1] * normal[:, 0]
+    jacobian = np.stack(
+        [
+            -np.outer(lever, sine),
+            np.outer(lever, cosine),
+            np.outer(normal[:, 1], cosine),
+            np.outer(normal[:, 1], sine),
+        ]
+    )
+    return sigma_mm**2 * np.linalg.inv(np.einsum("ipq,jpq->ij", jacobian, jacobian))
+
+
+def cramer_rao_deg(
+    profile: str | Floats = "stepped_wheel",
+    *,
+    arc_deg: float = 140.0,
+    shape: tuple[int, int] = (484, 128),
+    sigma_mm: float,
+) -> float:
+    """Bound on the direction: root of the sum of the two tilt variances, degrees."""
+    covariance = cramer_rao_covariance(profile, arc_deg=arc_deg, shape=shape, sigma_mm=sigma_mm)
+    return float(np.degrees(np.sqrt(covariance[0, 0] + covariance[1, 1])))
+
+
+@numba.njit(cache=True)
+def _raster(triangles: Floats, pixels: int, low: Floats, step: float) -> Floats:  # pragma: no cover
+    depth = np.full((pixels, pixels), np.inf)
+    for t in range(triangles.shape[0]):
+        ax, ay, az = (
+            (triangles[t, 0, 0] - low[0]) / step,
+            (triangles[t, 0, 1] - low[1]) / step,
+            triangles[t, 0, 2],
+        )
+        bx, by, bz = (
+            (triangles[t, 1, 0] - low[0]) / step,
+            (triangles[t, 1, 1] - low[1]) / step,
+            triangles[t, 1, 2],
+        )
+        cx, cy, cz = (
+            (triangles[t, 2, 0] - low[0]) / step,
+            (triangles[t, 2, 1] - low[1]) / step,
+            triangles[t, 2, 2],
+        )
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0:
+            continue
+        for i in range(
+            max(0, int(np.ceil(min(ax, bx, cx)))), min(pixels - 1, int(np.floor(max(ax, bx, cx)))) + 1
+        ):
+            for j in range(
+                max(0, int(np.ceil(min(ay, by, cy)))), min(pixels - 1, int(np.floor(max(ay, by, cy)))) + 1
+            ):
+                u = ((bx - i) * (cy - j) - (by - j) * (cx - i)) / area
+                v = ((cx - i) * (ay - j) - (cy - j) * (ax - i)) / area
+                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                    z = u * az + v * bz + (1.0 - u - v) * cz
+                    depth[i, j] = min(depth[i, j], z)
+    return depth
+
+
+def single_view(
+    vertices: Floats,
+    faces: Ints32,
+    view: Floats,
+    *,
+    pixels: int = 300,
+    sigma: float = 0.0,
+    seed: int = 0,
+) -> tuple[Floats, Ints32]:
+    """What an orthographic depth camera looking along ``view`` sees of a mesh: vertices and faces.
+
+    No face spans a step in depth of more than four pixels. Noise is along the viewing ray.
+    """
+    rng = np.random.default_rng(seed)
+    ahead = view / np.linalg.norm(view)
+    start = np.eye(3)[np.argmin(np.abs(ahead))]
+    right = np.cross(start, ahead)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(ahead, right), ahead])
+    turned = vertices @ axes.T
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    step = float(np.max(high[:2] - low[:2]) / (pixels - 1))
+    low = low - 0.37 * step  # keep pixel centres off the mesh's own symmetric coordinates
+    depth = _raster(turned[faces], pixels, low, step)
+    seen = np.isfinite(depth)
+    noisy = depth + sigma * rng.normal(size=depth.shape)
+    i, j = np.nonzero(seen)
+    points = np.stack([low[0] + i * step, low[1] + j * step, noisy[seen]], axis=1) @ axes
+    return points, _view_faces(depth, seen, 4.0 * step)
+
+
+def _view_faces(depth: Floats, seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]], jump: float) -> Ints32:
+    index = np.full(depth.shape, -1, dtype=np.int32)
+    index[seen] = np.arange(int(seen.sum()), dtype=np.int32)
+    corners = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]], axis=-1)
+    level = np.stack([depth[:-1, :-1], depth[:-1, 1:], depth[1:, :-1], depth[1:, 1:]], axis=-1)
+    faces = []
+    for triple in ([0, 2, 1], [1, 2, 3]):
+        whole = np.all(corners[..., triple] >= 0, axis=-1)
+        heights = np.where(whole[..., None], level[..., triple], 0.0)
+        faces.append(corners[..., triple][whole & (np.ptp(heights, axis=-1) <= jump)])
+    return np.concatenate(faces)
