@@ -1,6 +1,17 @@
 """The renderer underneath: which Mitsuba variant this machine can run, and switching it on."""
 
 from scenes.renderer.choice import Channels, Renderer, activate, choose, usable_cores
+from scenes.renderer.diagnosis import DoctorReport, doctor, render_text
 from scenes.renderer.probe import Probe
 
-__all__ = ["Channels", "Probe", "Renderer", "activate", "choose", "usable_cores"]
+__all__ = [
+    "Channels",
+    "DoctorReport",
+    "Probe",
+    "Renderer",
+    "activate",
+    "choose",
+    "doctor",
+    "render_text",
+    "usable_cores",
+]

@@ -23,8 +23,9 @@ def load(key: dict[str, Any]) -> dict[str, Any] | None:
     """What was stored under ``key``; ``None`` when there is nothing, or nothing that can be trusted."""
     with suppress(OSError, RuntimeError, ValueError):
         document = json.loads(_path(key).read_text("utf-8"))
-        if isinstance(document, dict) and document.get("key") == key and isinstance(document["value"], dict):
-            return dict(document["value"])
+        if isinstance(document, dict) and document.get("key") == key:
+            value = document.get("value")
+            return value if isinstance(value, dict) else None
     return None
 
 
