@@ -19,6 +19,9 @@ from scenes.renderer.probe import Probe, probe_cuda, probe_llvm
 VARIANT_VARIABLE = "BURRSCAN_VARIANT"
 """Environment variable that names the variant to use, whatever else would run."""
 
+THREADS_VARIABLE = "BURRSCAN_THREADS"
+"""Environment variable that limits the renderer's threads; a run sets it for its worker processes."""
+
 VARIANTS = ("cuda_ad_mono", "cuda_ad_rgb", "llvm_ad_mono", "llvm_ad_rgb", "scalar_rgb")
 
 Channels = Literal["mono", "rgb"]
@@ -77,7 +80,8 @@ def activate(*, channels: Channels = "mono", threads: int | None = None) -> Modu
     channels
         As for :func:`choose`.
     threads
-        Threads of the renderer; by default as many as this process may use. Results do not depend on it.
+        Threads of the renderer; by default ``BURRSCAN_THREADS``, else as many as this process may use. Results
+        do not depend on it.
 
     Returns
     -------
@@ -93,8 +97,23 @@ def activate(*, channels: Channels = "mono", threads: int | None = None) -> Modu
     mitsuba: Any = importlib.import_module("mitsuba")
     if mitsuba.variant() != renderer.variant:
         mitsuba.set_variant(renderer.variant)
-    importlib.import_module("drjit").set_thread_count(threads or usable_cores())
+    importlib.import_module("drjit").set_thread_count(threads or default_threads())
     return mitsuba  # type: ignore[no-any-return]
+
+
+def default_threads() -> int:
+    """Threads for the renderer where none are asked for.
+
+    Raises
+    ------
+    InputError
+        When ``BURRSCAN_THREADS`` is not a positive whole number.
+
+    """
+    named = os.environ.get(THREADS_VARIABLE) or str(usable_cores())
+    if not named.isdecimal() or int(named) < 1:
+        raise InputError(f"{THREADS_VARIABLE}={named}: give a whole number of threads, 1 or more")
+    return int(named)
 
 
 def usable_cores() -> int:

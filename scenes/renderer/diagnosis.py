@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from burrscan.errors import InputError
-from scenes.renderer.choice import VARIANT_VARIABLE, choose, usable_cores
+from scenes.renderer.choice import THREADS_VARIABLE, VARIANT_VARIABLE, choose, default_threads
 from scenes.renderer.libraries import PATH_VARIABLE, candidates
 from scenes.renderer.probe import Probe, probe_cuda, probe_llvm
 
@@ -38,7 +38,7 @@ _INSTALL = {
 }
 
 
-_STEERING = (VARIANT_VARIABLE, PATH_VARIABLE, "DRJIT_LIBCUDA_PATH", "CUDA_VISIBLE_DEVICES")
+_STEERING = (VARIANT_VARIABLE, THREADS_VARIABLE, PATH_VARIABLE, "DRJIT_LIBCUDA_PATH", "CUDA_VISIBLE_DEVICES")
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def doctor() -> DoctorReport:
         llvm_version=version,
         cuda=cuda,
         libraries=libraries,
-        threads=usable_cores(),
+        threads=default_threads(),
         cores=os.cpu_count() or 1,
         memory_gib=round(_memory_bytes() / 2**30, 1),
         platform=platform.platform(),

@@ -250,6 +250,17 @@ def test_activate_switches_the_variant_on_in_a_fresh_process() -> None:
     assert run.stdout.split() == ["True", "1"]
 
 
+def test_threads_follow_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(choice.THREADS_VARIABLE, raising=False)
+    assert choice.default_threads() == renderer.usable_cores()
+    monkeypatch.setenv(choice.THREADS_VARIABLE, "3")
+    assert choice.default_threads() == 3
+    for wrong in ("0", "-1", "many"):
+        monkeypatch.setenv(choice.THREADS_VARIABLE, wrong)
+        with pytest.raises(InputError, match="whole number"):
+            choice.default_threads()
+
+
 @pytest.mark.usefixtures("no_system_libraries")
 def test_the_doctor_names_every_library_and_survives_json(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
