@@ -80,8 +80,8 @@ def activate(*, channels: Channels = "mono", threads: int | None = None) -> Modu
     channels
         As for :func:`choose`.
     threads
-        Threads of the renderer; by default ``BURRSCAN_THREADS``, else as many as this process may use. Results
-        do not depend on it.
+        Threads of the renderer; by default ``BURRSCAN_THREADS``, else as many as this process may use.
+        Results do not depend on it.
 
     Returns
     -------
