@@ -1,0 +1,40 @@
+"""Where the samples of a pixel's footprint go.
+
+Independent samples would let the mean of a footprint wander by ``1 / sqrt(12 n)`` pixels (0.07 at 16 samples),
+more than the accuracy that is to be measured. Here every set is half of an Owen-scrambled (0, m, 2)-net and its
+mirror image through the pixel's centre: each point is still uniform on the pixel, so every integral stays
+unbiased, but the mean of a set is the centre exactly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import qmc
+
+from burrscan.arrays import Floats32
+from burrscan.errors import InputError
+
+
+def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
+    """Sets of mirrored net points on the unit pixel, (sets, samples, 2). O(sets × samples).
+
+    Parameters
+    ----------
+    sets
+        How many different sets to make; pixels draw one each.
+    samples
+        Points per set, an even power of two times one: 2, 4, 8, 16, ...
+    seed
+        Of the scrambling.
+
+    Raises
+    ------
+    InputError
+        When ``samples`` is not a power of two of at least 2.
+
+    """
+    if samples < 2 or samples & (samples - 1):
+        raise InputError(f"samples per pixel must be a power of two of at least 2, not {samples}")
+    rng = np.random.default_rng(seed)
+    halves = np.stack([qmc.Sobol(2, scramble=True, rng=rng).random(samples // 2) for _ in range(sets)])
+    return np.concatenate([halves, 1.0 - halves], axis=1).astype(np.float32)

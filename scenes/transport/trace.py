@@ -1,0 +1,178 @@
+"""Tracing a scene once: from every camera pixel, along light paths, to the projector pixels that feed them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import drjit as dr
+import numpy as np
+
+from burrscan.arrays import Floats32, Ints32
+from scenes.transport.footprint import sample_sets
+from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.optics import Optics
+from scenes.transport.rays import Lit, camera_rays, projected_light
+from scenes.transport.splat import group_by_pixel, response_centres, splat
+
+_SAMPLE_SETS = 1024
+_PASS_SAMPLES = 1 << 22
+"""Samples traced together: bounds the memory of a pass at a few hundred megabytes."""
+
+
+class _Rows(NamedTuple):
+    """Traced rows of the image."""
+
+    direct: SparseRows
+    indirect: SparseRows
+    ambient: Floats32
+    centres: Floats32
+
+
+class _Paths(NamedTuple):
+    """Light found along the paths of one pass: at the first surface, at later ones, and from the surround."""
+
+    direct: Lit
+    bounced: list[Lit]
+    ambient: Any
+
+
+def trace(
+    mi: Any,  # noqa: ANN401
+    scene: Any,  # noqa: ANN401
+    optics: Optics,
+    *,
+    samples: int = 16,
+    bounces: int = 3,
+    seed: int = 0,
+) -> LightTransport:
+    """Trace the light transport between projector and camera.
+
+    Parameters
+    ----------
+    mi, scene
+        The activated vectorised Mitsuba module, and a scene (camera frame, mm) without emitters.
+    optics
+        The true rig.
+    samples
+        Per camera pixel; a power of two.
+    bounces
+        Surface interactions of the longest path; 1 is direct light alone.
+    seed
+        Of the sampling. The same seed gives the same bits, whatever the number of threads.
+
+    Complexity: O(pixels × samples × bounces) rays; memory O(pixels + one pass).
+
+    """
+    view = optics.rig.camera
+    sets = mi.Float(sample_sets(sets=_SAMPLE_SETS, samples=samples, seed=seed).ravel())
+    rows = max(1, min(view.height, _PASS_SAMPLES // (view.width * samples)))
+    parts = []
+    for first in range(0, view.height, rows):
+        count = min(rows, view.height - first)
+        parts.append(_trace_rows(mi, scene, optics, sets, samples, first, count, bounces, seed))
+    ambient = np.concatenate([part.ambient for part in parts])
+    centres = np.concatenate([part.centres for part in parts], axis=1)
+    return LightTransport(
+        camera_shape=view.shape,
+        projector_shape=optics.rig.projector.shape,
+        direct=_stack([part.direct for part in parts]),
+        indirect=_stack([part.indirect for part in parts]),
+        ambient=ambient.reshape(view.shape),
+        u_px=centres[0].reshape(view.shape),
+        v_px=centres[1].reshape(view.shape),
+    )
+
+
+def _trace_rows(
+    mi: Any,  # noqa: ANN401
+    scene: Any,  # noqa: ANN401
+    optics: Optics,
+    sets: Any,  # noqa: ANN401
+    samples: int,
+    first: int,
+    rows: int,
+    bounces: int,
+    seed: int,
+) -> _Rows:
+    width = optics.rig.camera.width
+    size = rows * width * samples
+    index = dr.arange(mi.UInt32, size)
+    pixel = index // samples + dr.opaque(mi.UInt32, first * width)
+    chosen = mi.sample_tea_32(pixel, mi.UInt32(seed))[0] & (_SAMPLE_SETS - 1)
+    place = 2 * (chosen * samples + index % samples)
+    column = (pixel % width) + dr.gather(mi.Float, sets, place) - 0.5
+    row = (pixel // width) + dr.gather(mi.Float, sets, place + 1) - 0.5
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(mi.sample_tea_32(seed, first)[0], size)
+    paths = _follow(mi, scene, optics, sampler, column, row, bounces)
+    # One kernel for everything; Dr.Jit does not look into named tuples by itself.
+    dr.eval(paths.ambient, [list(lit) for lit in (paths.direct, *paths.bounced)])
+    return _collect(optics, paths, rows * width, samples)
+
+
+def _follow(
+    mi: Any,  # noqa: ANN401
+    scene: Any,  # noqa: ANN401
+    optics: Optics,
+    sampler: Any,  # noqa: ANN401
+    column: Any,  # noqa: ANN401
+    row: Any,  # noqa: ANN401
+    bounces: int,
+) -> _Paths:
+    """Follow one path per sample; the surfaces are sampled by their BSDF, the projector by next events."""
+    context = mi.BSDFContext()
+    ray = camera_rays(mi, optics, column, row, _lens(mi, optics.camera_aperture_mm, sampler))
+    si = scene.ray_intersect(ray)
+    active = si.is_valid()
+    direct = projected_light(mi, scene, optics, si, _lens(mi, optics.projector_aperture_mm, sampler), active)
+    bounced, ambient, throughput = [], mi.Float(0.0), mi.Float(1.0)
+    for bounce in range(1, max(bounces, 2)):
+        turn, weight = si.bsdf().sample(context, si, sampler.next_1d(active), sampler.next_2d(active), active)
+        throughput = throughput * weight[0]
+        active &= throughput > 0.0
+        ray = si.spawn_ray(si.to_world(turn.wo))
+        si = scene.ray_intersect(ray, active)
+        ambient += dr.select(active & ~si.is_valid(), throughput, 0.0)
+        active &= si.is_valid()
+        if bounce < bounces:
+            lens = _lens(mi, optics.projector_aperture_mm, sampler)
+            lit = projected_light(mi, scene, optics, si, lens, active)
+            bounced.append(Lit(lit.u_px, lit.v_px, lit.weight * throughput))
+    return _Paths(direct, bounced, ambient)
+
+
+def _lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:  # noqa: ANN401
+    """A point on the unit disc, or nothing for a pinhole."""
+    return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
+
+
+def _collect(optics: Optics, paths: _Paths, pixels: int, samples: int) -> _Rows:
+    """Sparse rows of one pass."""
+    shape, profile = optics.rig.projector.shape, optics.profile
+    offsets = np.arange(pixels + 1, dtype=np.int64) * samples
+    u, v, w = (a.numpy() for a in paths.direct)
+    w = w * np.float32(1.0 / samples)
+    direct = SparseRows(*splat(u, v, w, offsets, shape=shape, profile=profile))
+    iu, iv, iw, ioffsets = group_by_pixel([_lit_samples(lit, samples) for lit in paths.bounced], pixels)
+    indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=shape, profile=profile))
+    ambient = paths.ambient.numpy().reshape(pixels, samples).mean(axis=1)
+    return _Rows(direct, indirect, ambient, response_centres(u, v, w, offsets))
+
+
+def _lit_samples(lit: Lit, samples: int) -> tuple[Ints32, Floats32, Floats32, Floats32]:
+    """Camera pixel, u, v and weight of the samples that carry light."""
+    weight = lit.weight.numpy()
+    index = np.flatnonzero(weight)
+    u, v = lit.u_px.numpy()[index], lit.v_px.numpy()[index]
+    return (index // samples).astype(np.int32), u, v, weight[index] * np.float32(1.0 / samples)
+
+
+def _stack(parts: list[SparseRows]) -> SparseRows:
+    """Rows of several passes, one after the other."""
+    bases = np.cumsum([0, *(part.starts[-1] for part in parts)])
+    starts = [part.starts[:-1] + base for part, base in zip(parts, bases[:-1], strict=True)]
+    return SparseRows(
+        starts=np.concatenate([*starts, bases[-1:]]),
+        columns=np.concatenate([part.columns for part in parts]),
+        values=np.concatenate([part.values for part in parts]),
+    )
