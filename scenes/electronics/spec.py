@@ -1,0 +1,95 @@
+"""Camera and projector electronics as written in a scene file.
+
+The camera follows the linear model of EMVA 1288 (release 4.0 linear, section 2): photons make electrons with
+Poisson noise, electrons above the full well are lost, read noise is added, and the sum is quantised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
+
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.documents import STRICT
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+@dataclass(frozen=True)
+class CameraSpec:
+    """The camera's electronics; the defaults are those of a current 1.3 megapixel global-shutter sensor.
+
+    Parameters
+    ----------
+    bit_depth
+        Bits per value, 8 to 12.
+    full_well_e
+        Electrons at saturation.
+    read_noise_e
+        Temporal dark noise, electrons RMS.
+    black_level_dn
+        DN without light.
+    shortest_ms, longest_ms
+        Exposures that the shutter offers.
+    white_exposure_ms
+        Exposure at which light 1 (a white diffuser at the standoff under full white) just fills the well: it
+        holds the projector's brightness, the lens's f-number and the quantum efficiency together.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    bit_depth: Annotated[int, Field(ge=8, le=12)] = 10
+    full_well_e: Positive = 10_000.0
+    read_noise_e: NotNegative = 6.0
+    black_level_dn: NotNegative = 8.0
+    shortest_ms: Positive = 0.05
+    longest_ms: Positive = 200.0
+    white_exposure_ms: Positive = 20.0
+
+    @property
+    def sheet(self) -> CameraSheet:
+        """What the maker states."""
+        return CameraSheet(
+            bit_depth=self.bit_depth,
+            full_well_e=self.full_well_e,
+            read_noise_e=self.read_noise_e,
+            black_level_dn=self.black_level_dn,
+            exposure_range_ms=(self.shortest_ms, self.longest_ms),
+        )
+
+    @property
+    def electrons_per_ms(self) -> float:
+        """Electrons that light 1 makes in a millisecond."""
+        return self.full_well_e / self.white_exposure_ms
+
+
+@dataclass(frozen=True)
+class ProjectorSpec:
+    """The projector: 8 bits, a power-law response, a finite contrast, and the profile of its pixels.
+
+    Parameters
+    ----------
+    gamma, contrast
+        Light of level L is ``1/contrast + (1 - 1/contrast) (L/255)**gamma``.
+    fill
+        Lit width of a pixel as a share of the pitch.
+    blur_px
+        Width of the lens's blur, projector pixels.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    gamma: Positive = 2.2
+    contrast: Annotated[float, Field(gt=1.0)] = 1000.0
+    fill: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    blur_px: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+
+    @property
+    def sheet(self) -> ProjectorSheet:
+        """What the maker states."""
+        return ProjectorSheet.gamma(gamma=self.gamma, contrast=self.contrast)

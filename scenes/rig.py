@@ -1,0 +1,121 @@
+"""The rig as written in a scene file, and the calibration it stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from burrscan.arrays import Floats
+from burrscan.documents import STRICT
+from burrscan.rig import NO_DISTORTION, Rig, View
+
+Positive = Annotated[float, Field(gt=0.0)]
+Pixels = Annotated[int, Field(ge=8, le=16384)]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DeviceSpec:
+    """One device of the rig.
+
+    Parameters
+    ----------
+    width, height
+        Pixels.
+    focal_px
+        Focal length; pixels are square.
+    cx, cy
+        Principal point, pixels; the middle of the raster by default.
+    distortion
+        ``k1, k2, p1, p2, k3`` as OpenCV defines them.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    width: Pixels
+    height: Pixels
+    focal_px: Positive
+    cx: float | None = None
+    cy: float | None = None
+    distortion: tuple[float, float, float, float, float] = NO_DISTORTION
+
+    def view(self, scale: float) -> View:
+        """The device with its raster scaled: the same field of view on fewer pixels."""
+        width, height = round(self.width * scale), round(self.height * scale)
+        cx = (self.width - 1) / 2.0 if self.cx is None else self.cx
+        cy = (self.height - 1) / 2.0 if self.cy is None else self.cy
+        sx, sy = width / self.width, height / self.height
+        return View(
+            width=width,
+            height=height,
+            fx=self.focal_px * sx,
+            fy=self.focal_px * sy,
+            cx=(cx + 0.5) * sx - 0.5,
+            cy=(cy + 0.5) * sy - 0.5,
+            distortion=self.distortion,
+        )
+
+
+@dataclass(frozen=True)
+class RigSpec:
+    """Camera and projector, both looking at one target point.
+
+    The defaults: 1280×1024 camera that sees 280 mm at 600 mm, 1024×768 projector that lights 300 mm there, a
+    baseline of 200 mm to the camera's right.
+
+    Parameters
+    ----------
+    standoff_mm
+        Distance of the target from the camera, along its optical axis.
+    baseline_mm
+        Distance of the projector from the camera.
+    baseline_azimuth_deg
+        Direction of the projector in the camera's xy plane: 0 to its right, 90 below it.
+    projector_roll_deg
+        Turn of the projector about its own optical axis.
+    projector_target_mm
+        The point, in the camera frame, that the projector looks at; the camera's target by default.
+    scale
+        Scales both rasters: 0.5 is a rig of 640×512 and 512×384 with the same field of view.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    camera: DeviceSpec = DeviceSpec(width=1280, height=1024, focal_px=2743.0)
+    projector: DeviceSpec = DeviceSpec(width=1024, height=768, focal_px=2048.0)
+    standoff_mm: Positive = 600.0
+    baseline_mm: Positive = 200.0
+    baseline_azimuth_deg: float = 0.0
+    projector_roll_deg: float = 0.0
+    projector_target_mm: Vector | None = None
+    scale: Annotated[float, Field(gt=0.0, le=8.0)] = 1.0
+
+    def rig(self) -> Rig:
+        """The calibrated rig."""
+        azimuth = np.radians(self.baseline_azimuth_deg)
+        centre = self.baseline_mm * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+        target = np.array(self.projector_target_mm or (0.0, 0.0, self.standoff_mm))
+        return Rig(
+            camera=self.camera.view(self.scale),
+            projector=self.projector.view(self.scale),
+            T_projector_camera=_look_at(centre, target, np.radians(self.projector_roll_deg)),
+        )
+
+
+def _look_at(centre: Floats, target: Floats, roll: float) -> Floats:
+    """4×4 motion into the frame of a device at ``centre`` that looks at ``target``, its rows level but for the roll."""
+    forward = (target - centre) / np.linalg.norm(target - centre)
+    right = np.cross([0.0, 1.0, 0.0], forward)
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    c, s = np.cos(roll), np.sin(roll)
+    rotation = np.stack([c * right + s * down, c * down - s * right, forward])
+    transform = np.eye(4)
+    transform[:3, :3] = rotation
+    transform[:3, 3] = -rotation @ centre
+    return transform
