@@ -9,6 +9,7 @@ white.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numba as nb
 import numpy as np
@@ -61,6 +62,9 @@ class LightTransport:
     u_px, v_px
         (h, w) the projector coordinate of each camera pixel, weighted by the direct light of its samples; NaN
         where no direct light arrives.
+    spread_px
+        (h, w) standard deviation of the projector column over the direct light of each camera pixel: 0.29 for
+        a footprint one projector pixel wide, large on depth edges.
 
     """
 
@@ -71,9 +75,10 @@ class LightTransport:
     ambient: Floats32
     u_px: Floats32
     v_px: Floats32
+    spread_px: Floats32
 
     def __post_init__(self) -> None:
-        freeze(self, ambient=self.ambient, u_px=self.u_px, v_px=self.v_px)
+        freeze(self, ambient=self.ambient, u_px=self.u_px, v_px=self.v_px, spread_px=self.spread_px)
 
     def relight(self, light: Floats32) -> Floats32:
         """Images of the scene under projected light.
@@ -90,21 +95,25 @@ class LightTransport:
         on their number.
 
         """
-        return self._product(light, (self.direct, self.indirect))
-
-    def relight_direct(self, light: Floats32) -> Floats32:
-        """Like :meth:`relight`, without interreflections."""
-        return self._product(light, (self.direct,))
-
-    def _product(self, light: Floats32, parts: tuple[SparseRows, ...]) -> Floats32:
         frames = light.shape[0]
         columns_only = light.strides[1] == 0
         table = np.ascontiguousarray((light[:, 0] if columns_only else light.reshape(frames, -1)).T)
         images = np.zeros((frames, int(np.prod(self.camera_shape))), np.float32)
         period = self.projector_shape[1] if columns_only else 0
-        for part in parts:
+        for part in (self.direct, self.indirect):
             _add_product(part.starts, part.columns, part.values, table, period, images)
         return images.reshape(frames, *self.camera_shape)
+
+    @cached_property
+    def white_direct(self) -> Floats32:
+        """Light of each camera pixel, (h, w), under full white, without interreflections."""
+        return self.direct.row_sums().reshape(self.camera_shape)
+
+    @cached_property
+    def white_indirect(self) -> Floats32:
+        """Interreflected light of each camera pixel, (h, w), under full white."""
+        return self.indirect.row_sums().reshape(self.camera_shape)
+
 
 
 @nb.njit(cache=True, parallel=True)

@@ -184,21 +184,25 @@ def _centres(u, v, w, offsets):  # type: ignore[no-untyped-def]
     pixels = offsets.size - 1
     centres = np.full((3, pixels), np.nan, np.float32)
     for p in nb.prange(pixels):
-        total, su, sv = 0.0, 0.0, 0.0
+        total, su, sv, suu = 0.0, 0.0, 0.0, 0.0
         for s in range(offsets[p], offsets[p + 1]):
-            total += w[s]
             if w[s] > 0.0:
+                total += w[s]
                 su += w[s] * u[s]
                 sv += w[s] * v[s]
-        centres[2, p] = total
         if total > 0.0:
-            centres[0, p] = su / total
+            mean = su / total
+            for s in range(offsets[p], offsets[p + 1]):
+                if w[s] > 0.0:
+                    suu += w[s] * (u[s] - mean) ** 2
+            centres[0, p] = mean
             centres[1, p] = sv / total
+            centres[2, p] = math.sqrt(suu / total)
     return centres
 
 
 def response_centres(u_px: Floats32, v_px: Floats32, weight: Floats32, offsets: Ints) -> Floats32:
-    """Per camera pixel the light-weighted mean (u, v) of its samples and their total light, (3, pixels)."""
+    """Per camera pixel the light-weighted mean u, mean v and standard deviation of u, (3, pixels)."""
     centres: Floats32 = _centres(u_px, v_px, weight, offsets)
     return centres
 

@@ -7,7 +7,6 @@ variant runs: slower, one pattern at a time, with the same expectation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -46,28 +45,7 @@ def check_stock_can(optics: Optics) -> None:
             )
 
 
-def stock_scene(
-    mi: Any,  # noqa: ANN401
-    mesh: Any,  # noqa: ANN401
-    optics: Optics,
-    light: Floats32,
-    *,
-    samples: int,
-    bounces: int,
-) -> Any:  # noqa: ANN401
-    """A complete Mitsuba scene under one pattern of light (H, W), in the units of the traced transport."""
-    return mi.load_dict(
-        {
-            "type": "scene",
-            "integrator": {"type": "path", "max_depth": bounces + 1, "rr_depth": 1000},
-            "sensor": _sensor(mi, optics.rig.camera, samples),
-            "emitter": _projector(mi, optics, light),
-            "wheel": mesh,
-        }
-    )
-
-
-def stock_images(
+def stock_image(
     mi: Any,  # noqa: ANN401
     mesh: Any,  # noqa: ANN401
     optics: Optics,
@@ -76,8 +54,8 @@ def stock_images(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-) -> Iterator[Floats32]:
-    """Render patterns of light (F, H, W) one by one; yields images (h, w).
+) -> Floats32:
+    """The scene under one pattern of light (H, W), in the units of the traced transport; (h, w).
 
     Raises
     ------
@@ -86,10 +64,47 @@ def stock_images(
 
     """
     check_stock_can(optics)
-    for number, frame in enumerate(light):
-        scene = stock_scene(mi, mesh, optics, frame, samples=samples, bounces=bounces)
-        image = np.array(mi.render(scene, seed=seed + number), dtype=np.float32)
-        yield image.reshape(*optics.rig.camera.shape, -1)[..., 0]
+    return _render(mi, mesh, optics, _projector(mi, optics, light), samples, bounces, seed)
+
+
+def stock_ambient(
+    mi: Any,  # noqa: ANN401
+    mesh: Any,  # noqa: ANN401
+    optics: Optics,
+    *,
+    samples: int = 16,
+    bounces: int = 3,
+    seed: int = 0,
+) -> Floats32:
+    """The scene in a uniform surround of radiance 1, which the camera itself does not see; (h, w)."""
+    return _render(mi, mesh, optics, {"type": "constant", "radiance": 1.0}, samples, bounces, seed)
+
+
+def _render(
+    mi: Any,  # noqa: ANN401
+    mesh: Any,  # noqa: ANN401
+    optics: Optics,
+    emitter: dict[str, Any],
+    samples: int,
+    bounces: int,
+    seed: int,
+) -> Floats32:
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {
+                "type": "path",
+                "max_depth": bounces + 1,
+                "rr_depth": 1000,
+                "hide_emitters": True,
+            },
+            "sensor": _sensor(mi, optics.rig.camera, samples),
+            "emitter": emitter,
+            "wheel": mesh,
+        }
+    )
+    image = np.array(mi.render(scene, seed=seed), dtype=np.float32)
+    return image.reshape(*optics.rig.camera.shape, -1)[..., 0]
 
 
 def _sensor(mi: Any, view: View, samples: int) -> dict[str, Any]:  # noqa: ANN401

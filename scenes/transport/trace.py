@@ -80,6 +80,7 @@ def trace(
         ambient=ambient.reshape(view.shape),
         u_px=centres[0].reshape(view.shape),
         v_px=centres[1].reshape(view.shape),
+        spread_px=centres[2].reshape(view.shape),
     )
 
 

@@ -1,0 +1,166 @@
+"""A scene as written in TOML: the wheel, its burrs and finish, its pose, the rig, the electronics, the light."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from burrscan.documents import STRICT, build, read_toml
+from burrscan.errors import InputError
+from burrscan.variants import suggest
+from scenes.electronics.spec import CameraSpec, ProjectorSpec
+from scenes.finish import FinishSpec, load_finish
+from scenes.pose import PoseSpec
+from scenes.rig import RigSpec
+from scenes.wheel import BurrSpec, WheelSpec, load_wheel
+
+
+@dataclass(frozen=True)
+class LightSpec:
+    """Light that is not the projector's.
+
+    Parameters
+    ----------
+    ambient
+        Radiance of a uniform surround, relative to a white diffuser at the standoff under full white. The
+        default is a shaded workshop.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    ambient: Annotated[float, Field(ge=0.0)] = 0.002
+
+
+@dataclass(frozen=True)
+class RenderSpec:
+    """How finely light is traced.
+
+    Parameters
+    ----------
+    samples
+        Light paths per camera pixel, a power of two.
+    bounces
+        Surface interactions of the longest path; 1 leaves interreflections out.
+    seed
+        Of the sampling.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    samples: Annotated[int, Field(ge=2, le=4096)] = 16
+    bounces: Annotated[int, Field(ge=1, le=8)] = 3
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """One scene, complete.
+
+    Parameters
+    ----------
+    wheel
+        A name of the catalogue, the path of a wheel file, or a table of its own.
+    burr
+        The burrs on it; those that the wheel comes with by default.
+    finish
+        A name of the catalogue, or a table of its own.
+    pose, rig, camera, projector, light, render
+        See the tables' own classes.
+    name, description
+        For people.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    wheel: WheelSpec
+    finish: FinishSpec
+    burr: tuple[BurrSpec, ...] | None = None
+    pose: PoseSpec = PoseSpec()
+    rig: RigSpec = RigSpec()
+    camera: CameraSpec = CameraSpec()
+    projector: ProjectorSpec = ProjectorSpec()
+    light: LightSpec = LightSpec()
+    render: RenderSpec = RenderSpec()
+    name: str = ""
+    description: str = ""
+
+    @property
+    def burrs(self) -> tuple[BurrSpec, ...]:
+        """The burrs that the wheel carries."""
+        return self.wheel.burr if self.burr is None else self.burr
+
+
+def scene_names() -> list[str]:
+    """The scenes of the catalogue."""
+    folder = resources.files("scenes.catalogue") / "scenes"
+    return sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml"))
+
+
+def scene_document(name_or_path: str) -> dict[str, Any]:
+    """The plain tables of a scene of the catalogue or of a TOML file.
+
+    Raises
+    ------
+    InputError
+        When there is no such scene, or the file is not TOML.
+
+    """
+    if name_or_path.endswith(".toml"):
+        return read_toml(Path(name_or_path))
+    if name_or_path not in scene_names():
+        known = suggest(name_or_path, scene_names())
+        raise InputError(f"unknown scene '{name_or_path}': {known} (or the path of a .toml file)")
+    with resources.as_file(resources.files("scenes.catalogue") / "scenes" / f"{name_or_path}.toml") as path:
+        return read_toml(path)
+
+
+def scene_from(document: Mapping[str, Any], *, source: str) -> SceneSpec:
+    """A scene of plain tables; wheel and finish may be names.
+
+    Raises
+    ------
+    InputError
+        With every error in the tables.
+
+    """
+    tables = dict(document)
+    if isinstance(tables.get("wheel"), str):
+        tables["wheel"] = load_wheel(tables["wheel"])
+    if isinstance(tables.get("finish"), str):
+        tables["finish"] = load_finish(tables["finish"])
+    return build(SceneSpec, tables, source=source)
+
+
+def load_scene(name_or_path: str) -> SceneSpec:
+    """A scene by its name in the catalogue or by the path of its TOML file.
+
+    Raises
+    ------
+    InputError
+        When there is no such scene, or with every error in the file.
+
+    """
+    return scene_from(scene_document(name_or_path), source=name_or_path)
+
+
+def content_hash(*parts: Any) -> str:  # noqa: ANN401 (dataclasses and plain values)
+    """A short hash of what dataclasses and plain values say; equal content gives equal hashes."""
+    plain = [dataclasses.asdict(p) if dataclasses.is_dataclass(p) and not isinstance(p, type) else p for p in parts]
+    text = json.dumps(plain, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def scene_hash(scene: SceneSpec) -> str:
+    """Hash of everything in a scene that its images depend on."""
+    return content_hash(dataclasses.replace(scene, name="", description=""))

@@ -1,0 +1,57 @@
+"""What lies behind the centre of each camera pixel: the surface point, and the face it is on."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import drjit as dr
+import numpy as np
+
+from burrscan.arrays import Floats, Ints32
+from scenes.transport.optics import Optics
+
+
+class Hits(NamedTuple):
+    """Surface behind the pixel centres.
+
+    ``points_mm`` (h, w, 3) in the camera frame, NaN where there is none; ``faces`` (h, w) index of the mesh's
+    face, -1 where there is none.
+    """
+
+    points_mm: Floats
+    faces: Ints32
+
+
+def centre_hits(mi: Any, scene: Any, optics: Optics) -> Hits:  # noqa: ANN401
+    """Intersect the rays through the pixel centres. O(pixels) rays."""
+    view = optics.rig.camera
+    rays = view.rays(view.pixel_grid())
+    directions = rays.reshape(-1, 3) / np.linalg.norm(rays.reshape(-1, 3), axis=1, keepdims=True)
+    cast = _cast_vectorised if _vectorised(mi) else _cast_one_by_one
+    distance, faces = cast(mi, scene, directions.astype(np.float32))
+    points = np.where((faces >= 0)[:, None], directions * distance[:, None], np.nan)
+    return Hits(points.reshape(*view.shape, 3), faces.reshape(view.shape))
+
+
+def _cast_vectorised(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:  # noqa: ANN401
+    ray = mi.Ray3f(mi.Point3f(0.0), mi.Vector3f(*(np.ascontiguousarray(c) for c in directions.T)))
+    hit = scene.ray_intersect_preliminary(ray)
+    found = hit.is_valid()
+    distance = dr.select(found, hit.t, 0.0)
+    faces = mi.Int32(dr.select(found, hit.prim_index, mi.UInt32(0)))
+    dr.eval(distance, faces, found)
+    return distance.numpy().astype(float), np.where(found.numpy(), faces.numpy(), -1).astype(np.int32)
+
+
+def _cast_one_by_one(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:  # noqa: ANN401
+    distance, faces = np.zeros(len(directions)), np.full(len(directions), -1, np.int32)
+    origin = mi.Point3f(0.0)
+    for i, direction in enumerate(directions):
+        hit = scene.ray_intersect_preliminary(mi.Ray3f(origin, mi.Vector3f(*direction.tolist())))
+        if hit.is_valid():
+            distance[i], faces[i] = hit.t, hit.prim_index
+    return distance, faces
+
+
+def _vectorised(mi: Any) -> bool:  # noqa: ANN401
+    return not str(mi.variant()).startswith("scalar")
