@@ -66,7 +66,7 @@ def depth_along(rays: Floats, u_px: Floats, mask: Bools, rig: Rig) -> tuple[Floa
     return depth, rate
 
 
-def epipolar_v(u_px: Floats, rig: Rig, *, rows: slice = slice(None)) -> Floats:
+def epipolar_v(u_px: Floats | Floats32, rig: Rig, *, rows: slice = slice(None)) -> Floats:
     """Projector rows (h, w) that follow from columns by the rig: where on the column each ray's point lies.
 
     Parameters

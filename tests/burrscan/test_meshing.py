@@ -1,0 +1,66 @@
+"""Meshing: orientation, jumps in depth, specks and spikes."""
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.correspondence import Correspondence
+from burrscan.meshing import surface
+from burrscan.rig import Rig
+from burrscan.triangulation import camera_rays
+from tests.burrscan.instrument import plane_depth, small_rig
+
+
+def scene(rig: Rig, depth: Floats, *, sigma_px: float = 0.02, seed: int = 3) -> Correspondence:
+    u = rig.correspond(camera_rays(rig.camera) * depth[..., None])[..., 0]
+    u = u + np.random.default_rng(seed).normal(0.0, sigma_px, u.shape)
+    mask = np.isfinite(u)
+    return Correspondence(u.astype(np.float32), np.full(u.shape, sigma_px, np.float32), mask)
+
+
+def test_a_plane_is_one_sheet_that_faces_the_camera() -> None:
+    rig = small_rig()
+    found = surface(scene(rig, plane_depth(camera_rays(rig.camera))), rig)
+    rows, columns = rig.camera.shape
+    assert found.mask.mean() > 0.995
+    assert len(found.faces) > 0.99 * 2 * (rows - 1) * (columns - 1)
+    corners = found.vertices_mm[found.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", normals, corners[:, 0]) < 0.0).all()
+    np.testing.assert_array_equal(found.points_mm[tuple(found.pixels.T)], found.vertices_mm)
+
+
+def test_no_face_spans_a_step() -> None:
+    rig = small_rig()
+    depth = plane_depth(camera_rays(rig.camera))
+    depth[:, 80:] += 60.0
+    found = surface(scene(rig, depth), rig)
+    columns = found.pixels[found.faces][..., 1]
+    assert not ((columns.min(axis=1) < 80) & (columns.max(axis=1) >= 80)).any()
+    assert found.mask.mean() > 0.98
+
+
+def test_a_spike_and_a_speck_are_dropped() -> None:
+    rig = small_rig()
+    depth = plane_depth(camera_rays(rig.camera))
+    depth[40, 40] += 8.0
+    depth[90:105, 90:105] = np.nan
+    depth[96:99, 96:99] = 640.0
+    found = surface(scene(rig, depth), rig)
+    assert not found.mask[40, 40]
+    assert not found.mask[90:105, 90:105].any()
+
+
+def test_the_criterion_has_no_scale() -> None:
+    small, large = small_rig(width=80), small_rig(width=240)
+    shares = []
+    for rig in (small, large):
+        depth = plane_depth(camera_rays(rig.camera), tilt=1.5)
+        shares.append(surface(scene(rig, depth, sigma_px=1e-4), rig).mask.mean())
+    assert min(shares) > 0.97
+
+
+def test_an_empty_scan_gives_an_empty_mesh() -> None:
+    rig = small_rig(width=80)
+    found = surface(scene(rig, np.full(rig.camera.shape, np.nan)), rig)
+    assert len(found.faces) == 0
+    assert len(found.vertices_mm) == 0
