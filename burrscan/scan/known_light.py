@@ -43,7 +43,7 @@ def light_bias_px(
     """
     first = 2 * len(code.bits)
     levels = np.ascontiguousarray(np.moveaxis(shown.frames[first:], 0, -1))
-    return _bias(
+    bias: Floats32 = _bias(
         u_px.astype(np.float64),
         v_px,
         _slopes(u_px),
@@ -52,16 +52,19 @@ def light_bias_px(
         sheet.light,
         np.array(code.periods_px),
     )
+    return bias
 
 
 def _slopes(values: Floats | Floats32) -> Floats32:
     """(2, h, w) change per row and per column, 0 where unknown, bounded at jumps."""
-    slopes = np.stack(np.gradient(values))
-    return np.clip(np.nan_to_num(slopes), -_LONGEST_STEP_PX, _LONGEST_STEP_PX).astype(np.float32)
+    per_row, per_column = np.gradient(values)
+    slopes = np.nan_to_num(np.stack([per_row, per_column]).astype(np.float32))
+    bounded: Floats32 = np.clip(slopes, -_LONGEST_STEP_PX, _LONGEST_STEP_PX)
+    return bounded
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _bias(  # noqa: PLR0917, C901 (a kernel)
+def _bias(  # noqa: PLR0917 (a kernel)
     u_px: Floats,
     v_px: Floats,
     du: Floats32,
