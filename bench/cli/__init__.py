@@ -1,0 +1,61 @@
+"""The command ``burrscan``."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import logging
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+
+from burrscan.errors import InputError
+
+COMMANDS = ("doctor", "run", "report", "suites", "show", "render", "detect")
+"""Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
+
+_DESCRIPTION = """\
+How well does a scan-to-burr algorithm see burrs on shiny turned metal?
+
+burrscan renders synthetic metallic wheels under the patterns a scanner projects, runs the whole
+pipeline on those images and scores every stage against exact truth."""
+
+_EXAMPLES = """\
+examples:
+  burrscan doctor                     what this machine can render with
+  burrscan run quick                  the quick suite, score table and HTML report
+  burrscan detect wheel.stl           axis, generatrix and burrs of a mesh you have
+
+exit codes: 0 done, 2 the input cannot be used (the message says why), 130 interrupted"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's grammar."""
+    top = argparse.ArgumentParser(
+        prog="burrscan",
+        description=_DESCRIPTION,
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"burrscan {metadata.version('burrscan')}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name in COMMANDS:
+        importlib.import_module(f"bench.cli.{name}").add(commands)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is returned."""
+    logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    given = parser().parse_args(arguments)
+    try:
+        return int(given.main(given))
+    except InputError as error:
+        print(f"burrscan: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the reader of our output has gone, as with `| head`
+        sys.stderr.close()
+        return 0
+    except KeyboardInterrupt:
+        print("\nburrscan: interrupted", file=sys.stderr)
+        return 130

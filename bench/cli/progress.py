@@ -1,0 +1,44 @@
+"""Showing how far a run is: a bar with the time left on a terminal, a line per case elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+
+from bench.run.runner import Progress
+
+
+@contextmanager
+def shown(title: str) -> Iterator[Callable[[Progress], None]]:
+    """Yield the callback that shows progress on stderr."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda state: _line(title, state)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Bar(*columns, console=console, speed_estimate_period=3600.0) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda state: bar.update(
+            task, total=state.total, completed=state.done, description=_describe(title, state)
+        )
+
+
+def _describe(title: str, state: Progress) -> str:
+    return f"{title} [red]{state.failed} failed[/]" if state.failed else title
+
+
+def _line(title: str, state: Progress) -> None:
+    failed = f", {state.failed} failed" if state.failed else ""
+    print(f"{title}: {state.done}/{state.total}{failed} {state.case}", file=sys.stderr, flush=True)

@@ -1,0 +1,99 @@
+"""``burrscan run``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from datetime import datetime
+from pathlib import Path
+
+from bench.cli.grammar import Commands, command, positive
+from burrscan.errors import InputError
+
+RUNS = Path("reports/runs")
+"""Where run directories go by default, below the current directory."""
+
+_DETAILS = """\
+Every case is simulated once and seen by every variant. Records are appended as cases end, so
+that a run can be stopped at any moment, and the same command with --resume finishes it with the
+records that an undisturbed run would have made."""
+
+_EXAMPLES = """\
+  burrscan run quick
+  burrscan run my/suite.toml --out runs/first --workers 2
+  burrscan run --resume               finish the run that was interrupted last"""
+
+
+def add(commands: Commands) -> None:
+    """Declare the subcommand."""
+    parser = command(
+        commands,
+        "run",
+        main,
+        summary="run a suite: render, scan, inspect, score, report",
+        details=_DETAILS,
+        examples=_EXAMPLES,
+    )
+    parser.add_argument(
+        "suite", metavar="SUITE", nargs="?", help="a suite's name, or the path of a TOML file"
+    )
+    parser.add_argument("--out", metavar="DIR", type=Path, help=f"run directory (default: {RUNS}/SUITE-TIME)")
+    parser.add_argument("--workers", metavar="N", type=positive, help="processes (default: one per core)")
+    parser.add_argument(
+        "--seed", metavar="S", type=int, help="another seed, another realisation (default: 0)"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
+    )
+
+
+def main(given: argparse.Namespace) -> int:
+    """Run, print the score table, build the report."""
+    from rich.console import Console
+
+    from bench.cli.score import caption, say_failures, terminal_table
+    from bench.report import build_report
+    from bench.run.directory import load_run
+
+    out_dir = _where(given)
+    try:
+        _run(given, out_dir)
+    except KeyboardInterrupt:
+        print(f"\nburrscan: interrupted; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
+        return 130
+    run = load_run(out_dir)
+    console = Console()
+    console.print(terminal_table(run))
+    console.print(caption(), style="dim")
+    say_failures(run)
+    print(f"report: {build_report(out_dir)}")
+    return 0
+
+
+def _where(given: argparse.Namespace) -> Path:
+    """The run directory: the one named, the one to resume, or a new one."""
+    from bench.run.directory import fresh_name, unfinished
+    from bench.suites.catalogue import load_suite
+
+    if given.resume:
+        name = load_suite(given.suite).name if given.suite else None
+        return given.out or unfinished(RUNS, name)
+    if not given.suite:
+        raise InputError("name a suite ('burrscan suites' lists them), or say --resume")
+    stamp = datetime.now().isoformat(timespec="milliseconds")  # noqa: DTZ005 (people's own time)
+    return given.out or RUNS / fresh_name(load_suite(given.suite).name, stamp)
+
+
+def _run(given: argparse.Namespace, out_dir: Path) -> None:
+    """Run what is asked for, or what the directory to resume says."""
+    from bench.cli.progress import shown
+    from bench.run.directory import load_run
+    from bench.run.runner import run_suite
+    from bench.suites.catalogue import load_suite
+
+    begun = load_run(out_dir) if given.resume else None
+    suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
+    usual = begun.seed if begun else 0
+    seed = usual if given.seed is None else given.seed
+    with shown(suite.name) as progress:
+        run_suite(suite, out_dir, workers=given.workers, seed=seed, progress=progress)

@@ -1,0 +1,76 @@
+"""What a worker does with a case: simulate it once, let every variant look at it, score what they say."""
+
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+
+from burrscan.pipeline import run
+
+from bench.run.artefacts import save_truth, save_variant
+from bench.run.directory import RunDirectory
+from bench.run.job import Job
+from bench.run.records import Failure, Record
+from bench.score.burrs import burr_tables
+from bench.score.evidence import Evidence
+from bench.score.metrics import failed_metrics, measure
+from bench.suites.case import Case
+from bench.suites.identity import entropy
+from bench.suites.suite import Variant
+from bench.suites.variants import pipeline_of
+from scenes.scene import scene_from
+from scenes.simulate import Simulation, simulate
+
+
+def examine(job: Job, case: Case) -> list[Record]:
+    """Records of one case, one per variant. Whatever a stage raises becomes a failure; nothing is dropped."""
+    folder = RunDirectory(job.out_dir).case(case.id)
+    try:
+        simulation = simulate(
+            scene_from(case.document, source=case.id), identity=entropy(case.identity), cache_dir=None
+        )
+        save_truth(folder, simulation.truth)
+    except Exception as error:  # noqa: BLE001 (a failure is a result)
+        return [failed_record(case, variant, failure("scene", error)) for variant in job.variants]
+    return [_examine_variant(case, variant, simulation, folder) for variant in job.variants]
+
+
+def failed_record(case: Case, variant: Variant, why: Failure) -> Record:
+    """A record without a result, counted in every metric."""
+    return Record(
+        case=case.id,
+        variant=variant.name,
+        parameters=case.parameters,
+        scene_hash=case.scene_hash,
+        identity=case.identity,
+        metrics=failed_metrics(),
+        failure=why,
+    )
+
+
+def failure(stage: str, error: Exception) -> Failure:
+    """An exception as a record keeps it."""
+    text = "".join(traceback.format_exception(error))
+    return Failure(stage, f"{type(error).__name__}: {error}", text)
+
+
+def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folder: Path) -> Record:
+    scanner = simulation.scanner()
+    try:
+        outcome = run(scanner, pipeline_of(variant))
+        evidence = Evidence(simulation.truth, outcome)
+        metrics = measure(evidence)
+        burrs = burr_tables(evidence)
+        save_variant(folder, variant.name, evidence, scanner.camera.saturation_dn)
+    except Exception as error:  # noqa: BLE001 (a failure is a result)
+        return failed_record(case, variant, failure("pipeline", error))
+    return Record(
+        case=case.id,
+        variant=variant.name,
+        parameters=case.parameters,
+        scene_hash=case.scene_hash,
+        identity=case.identity,
+        metrics=metrics,
+        burrs=burrs,
+        timings_s={**simulation.timings_s, **outcome.inspection.timings_s},
+    )

@@ -1,0 +1,82 @@
+"""Where numbers come from: versions, the state of the checkout, the machine."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+_PACKAGES = (
+    "burrscan", "mitsuba", "drjit", "numpy", "scipy", "numba", "trimesh", "manifold3d",
+    "opencv-python-headless", "pydantic",
+)  # fmt: skip
+
+
+def session(*, workers: int, threads: int, renderer: str) -> dict[str, Any]:
+    """What there is to know of one sitting at which a run was worked on."""
+    return {
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
+        "workers": workers,
+        "threads_per_worker": threads,
+        "renderer": renderer,
+        "python": platform.python_version(),
+        "versions": versions(),
+        "git": git_state(Path(__file__).parent),
+        "machine": machine(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of everything that numbers depend on."""
+    found = {}
+    for name in _PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def git_state(folder: Path) -> dict[str, Any] | None:
+    """Commit of the checkout that holds ``folder`` and whether files differ from it; None outside of git."""
+    commit = _git(folder, "rev-parse", "HEAD")
+    if commit is None:
+        return None
+    changed = _git(folder, "status", "--porcelain", "--untracked-files=no")
+    return {"commit": commit, "modified": bool(changed)}
+
+
+def machine() -> dict[str, Any]:
+    """Processor, cores and system."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "release": platform.release(),
+        "architecture": platform.machine(),
+    }
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    try:
+        done = subprocess.run(  # noqa: S603 (fixed words)
+            ["git", "-C", str(folder), *arguments],  # noqa: S607 (git of the user's path)
+            capture_output=True, text=True, check=True, timeout=10,
+        )  # fmt: skip
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")

@@ -1,0 +1,108 @@
+"""Records: one line of JSON per case and variant, appended as each case ends."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from burrscan.errors import InputError
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a case has no result: where it stopped, the error and its traceback."""
+
+    stage: str
+    error: str
+    traceback: str
+
+
+@dataclass(frozen=True)
+class Record:
+    """What one variant made of one case.
+
+    Parameters
+    ----------
+    case, variant
+        Which.
+    parameters, scene_hash, identity
+        As in :class:`bench.suites.Case`.
+    metrics
+        Name to value; NaN where the metric does not apply, such as the angle error of a burr that was missed.
+    burrs
+        One table per true burr: what it was and what was found of it.
+    failure
+        Why there is no result, or None.
+    timings_s
+        Wall time per stage: the only part that differs between two runs of one seed.
+
+    """
+
+    case: str
+    variant: str
+    parameters: Mapping[str, Any]
+    scene_hash: str
+    identity: str
+    metrics: Mapping[str, float]
+    burrs: tuple[Mapping[str, Any], ...] = ()
+    failure: Failure | None = None
+    timings_s: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Case and variant."""
+        return self.case, self.variant
+
+    def line(self) -> str:
+        """The record as one line of JSON; what is not finite becomes null."""
+        return json.dumps(_plain(asdict(self)), separators=(",", ":"), allow_nan=False) + "\n"
+
+
+def append(path: Path, records: Iterable[Record]) -> None:
+    """Add records to a file in one write, and see them to the disk."""
+    data = "".join(record.line() for record in records).encode()
+    with path.open("ab") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read(path: Path) -> list[Record]:
+    """The whole lines of a records file, in file order; a line torn off by a crash is left out.
+
+    Raises
+    ------
+    InputError
+        When a line is not a record.
+
+    """
+    if not path.exists():
+        return []
+    lines = path.read_text("utf-8").split("\n")[:-1]  # what follows the last newline was never finished
+    return [_record(line, f"{path}, line {number}") for number, line in enumerate(lines, 1)]
+
+
+def _record(line: str, where: str) -> Record:
+    try:
+        table = json.loads(line)
+        failure = table.pop("failure")
+        metrics = {name: math.nan if value is None else value for name, value in table.pop("metrics").items()}
+        burrs = tuple(table.pop("burrs"))
+        return Record(**table, metrics=metrics, burrs=burrs, failure=Failure(**failure) if failure else None)
+    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{where}: not a record ({error}); was the file edited?") from error
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401 (what a record holds)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

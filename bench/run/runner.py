@@ -1,0 +1,174 @@
+"""Running a suite: cases out to workers, records in, nothing lost on the way."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from bench.run.crew import Crew, Died
+from bench.run.directory import Run, RunDirectory, describe_run, load_run, write_manifest
+from bench.run.examine import examine, failed_record
+from bench.run.job import Job
+from bench.run.provenance import session
+from bench.run.records import Failure, Record, append
+from bench.run.tables import write_tables
+from bench.score.metrics import METRICS
+from bench.suites.case import Case
+from bench.suites.cases import expand
+from bench.suites.suite import Suite, Variant
+from burrscan.errors import InputError
+from burrscan.files import written_whole
+from scenes.renderer import choose, usable_cores
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is: cases done, in all, and done before this sitting; failed records; the last case."""
+
+    done: int
+    total: int
+    before: int
+    failed: int
+    case: str = ""
+
+    @classmethod
+    def of(cls, run: Run) -> Progress:
+        """Where a run stands before a sitting."""
+        done = len({record.case for record in run.records})
+        failed = sum(record.failure is not None for record in run.records)
+        return cls(done=done, total=len(run.manifest["cases"]), before=done, failed=failed)
+
+    def after(self, case: Case, records: Sequence[Record]) -> Progress:
+        """Where it stands after one more case."""
+        failed = self.failed + sum(record.failure is not None for record in records)
+        return replace(self, done=self.done + 1, failed=failed, case=case.id)
+
+
+Examine = Callable[[Job, Case], list[Record]]
+
+
+def run_suite(
+    suite: Suite,
+    out_dir: Path,
+    *,
+    workers: int | None = None,
+    seed: int = 0,
+    progress: Callable[[Progress], None] = lambda _: None,
+    examine_case: Examine = examine,
+) -> Path:
+    """Run every case of a suite with every variant; finish the run that ``out_dir`` holds, if it holds one.
+
+    Call it below ``if __name__ == "__main__":`` in a script, for its workers are spawned processes.
+
+    Parameters
+    ----------
+    suite
+        What to run.
+    out_dir
+        The run directory, new or of an unfinished run of the same suite and seed.
+    workers
+        Processes; by default one per core. Records do not depend on it.
+    seed
+        Another seed makes another realisation of the whole suite.
+    progress
+        Called when the run starts and after every case.
+    examine_case
+        What a worker does with a case; tests put a quick one here.
+
+    Returns
+    -------
+    pathlib.Path
+        ``out_dir``.
+
+    Raises
+    ------
+    InputError
+        When ``out_dir`` holds something else, or another process works in it.
+
+    """
+    cases = expand(suite, seed=seed)
+    count = max(1, min(workers or usable_cores(), len(cases)))
+    threads = max(1, usable_cores() // count)
+    directory = RunDirectory(out_dir)
+    sitting = session(workers=count, threads=threads, renderer=choose().variant)
+    with directory.locked():
+        _open(directory, suite, cases, seed, sitting)
+        remaining = _settle(directory, cases, len(suite.variant))
+        task = partial(examine_case, Job(suite.variant, out_dir))
+        crew = Crew(task, remaining, workers=count, threads=threads)
+        _collect(crew, directory, suite, Progress.of(load_run(out_dir)), progress)
+        write_tables(load_run(out_dir))
+    return out_dir
+
+
+def _collect(
+    crew: Crew[Case, list[Record]],
+    directory: RunDirectory,
+    suite: Suite,
+    state: Progress,
+    progress: Callable[[Progress], None],
+) -> None:
+    """Append the records of each case as it ends."""
+    progress(state)
+    for case, result in crew.results():
+        records = _lost(case, suite.variant, result) if isinstance(result, Died) else result
+        append(directory.records, records)
+        state = state.after(case, records)
+        progress(state)
+
+
+def _open(
+    directory: RunDirectory, suite: Suite, cases: Sequence[Case], seed: int, sitting: dict[str, Any]
+) -> None:
+    """Write the manifest, or check that the one there asks for the same and add this sitting."""
+    asked = describe_run(suite, cases, seed=seed, metrics=_definitions())
+    if not directory.manifest.exists():
+        if any(item.name != ".lock" for item in directory.path.iterdir()):
+            raise InputError(
+                f"{directory.path}: not empty and not a run; choose another directory with --out"
+            )
+        write_manifest(directory, {**asked, "sessions": [sitting]})
+        return
+    run = load_run(directory.path)
+    _refuse_another(run, asked)
+    write_manifest(directory, {**run.manifest, "sessions": [*run.manifest["sessions"], sitting]})
+
+
+def _refuse_another(run: Run, asked: dict[str, Any]) -> None:
+    differ = [key for key in ("suite_hash", "seed", "metrics", "cases") if run.manifest[key] != asked[key]]
+    if differ:
+        raise InputError(
+            f"{run.directory.path}: holds a run of suite '{run.suite.name}' that differs in "
+            f"{', '.join(differ)}; choose another directory with --out"
+        )
+
+
+def _settle(directory: RunDirectory, cases: Sequence[Case], variants: int) -> list[Case]:
+    """Keep the records of cases that are complete; say which cases are still to do."""
+    kept = load_run(directory.path).records
+    counts = Counter(record.case for record in kept)
+    whole = {case for case, count in counts.items() if count == variants}
+    _rewrite(directory.records, (record for record in kept if record.case in whole))
+    return [case for case in cases if case.id not in whole]
+
+
+def _rewrite(path: Path, records: Iterable[Record]) -> None:
+    with written_whole(path) as beside:
+        beside.write_text("".join(record.line() for record in records), "utf-8")
+
+
+def _lost(case: Case, variants: Sequence[Variant], death: Died) -> list[Record]:
+    """Failure records of a case whose worker died."""
+    return [failed_record(case, variant, Failure("worker", death.reason, "")) for variant in variants]
+
+
+def _definitions() -> dict[str, Any]:
+    """What makes metric values of two runs comparable."""
+    return {
+        name: {"title": m.title, "unit": m.unit, "better": m.better, "version": m.version, "source": m.source}
+        for name, m in METRICS.items()
+    }

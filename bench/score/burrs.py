@@ -1,0 +1,125 @@
+"""How well burrs were found: hits, false calls, and the errors of those that were found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from bench.score.evidence import Evidence
+from bench.score.matching import Place, turn_deg
+from burrscan.arrays import Bools
+
+_BIN_MM = 1.0
+
+
+def burr_found(evidence: Evidence) -> float:
+    """Share of the true burrs that were found: within 3 degrees, overlapping along the axis, same side."""
+    best = evidence.matching.best
+    return sum(piece >= 0 for piece in best) / len(best) if best else math.nan
+
+
+def false_calls(evidence: Evidence) -> float:
+    """Burrs reported where there is none. Pieces of a burr that was found are not false calls."""
+    return float(sum(owner < 0 for owner in evidence.matching.match))
+
+
+def burr_angle_deg(evidence: Evidence) -> float:
+    """Mean absolute error of the angle of the burrs found."""
+    return _mean_over_hits(evidence, angle_error_deg)
+
+
+def burr_height_mm(evidence: Evidence) -> float:
+    """Mean absolute error of the height of the burrs found."""
+    return _mean_over_hits(evidence, height_error_mm)
+
+
+def burr_extent_mm(evidence: Evidence) -> float:
+    """Mean absolute error of the two ends along the axis of the burrs found."""
+    return _mean_over_hits(evidence, lambda found, true: sum(map(abs, end_errors_mm(found, true))) / 2.0)
+
+
+def burr_coverage(evidence: Evidence) -> float:
+    """Share of the visible length of the true burrs on which at least one pixel a millimetre is right."""
+    lengths = [lengths_mm(evidence, number) for number in range(len(evidence.matching.true))]
+    visible = sum(seen for seen, _ in lengths)
+    return sum(covered for _, covered in lengths) / visible if visible else math.nan
+
+
+def angle_error_deg(found: Place, true: Place) -> float:
+    """Angle found minus true."""
+    return turn_deg(found.angle_deg, true.angle_deg)
+
+
+def height_error_mm(found: Place, true: Place) -> float:
+    """Height found minus true."""
+    return found.height_mm - true.height_mm
+
+
+def end_errors_mm(found: Place, true: Place) -> tuple[float, float]:
+    """Start and end along the axis, found minus true."""
+    return found.z_start_mm - true.z_start_mm, found.z_end_mm - true.z_end_mm
+
+
+def lengths_mm(evidence: Evidence, number: int) -> tuple[float, float]:
+    """Length of a true burr that the camera sees, and the part of it that was measured, in steps of 1 mm.
+
+    Length runs along the axis, or for an arc along the arc at its mean radius.
+    """
+    on_burr = evidence.truth.burr_index == number
+    return _length_mm(evidence, number, on_burr), _length_mm(evidence, number, on_burr & evidence.right)
+
+
+def burr_tables(evidence: Evidence) -> tuple[Mapping[str, Any], ...]:
+    """One table per true burr: what it was, how much of it was seen and measured, what was found of it."""
+    return tuple(_table(evidence, number, place) for number, place in enumerate(evidence.matching.true))
+
+
+def _table(evidence: Evidence, number: int, true: Place) -> Mapping[str, Any]:
+    visible, covered = lengths_mm(evidence, number)
+    piece = evidence.matching.best[number]
+    table: dict[str, Any] = {
+        "kind": evidence.truth.wheel.burrs[number].kind,
+        "side": true.side,
+        "height_mm": true.height_mm,
+        "width_mm": float(evidence.truth.wheel.burrs[number].width_mm),
+        "visible_mm": visible,
+        "covered_mm": covered,
+        "found": piece >= 0,
+    }
+    return table if piece < 0 else table | _errors(evidence.matching.found[piece], true)
+
+
+def _errors(found: Place, true: Place) -> dict[str, float]:
+    start, end = end_errors_mm(found, true)
+    return {
+        "angle_error_deg": angle_error_deg(found, true),
+        "height_error_mm": height_error_mm(found, true),
+        "start_error_mm": start,
+        "end_error_mm": end,
+    }
+
+
+def _mean_over_hits(evidence: Evidence, error: Callable[[Place, Place], float]) -> float:
+    matching = evidence.matching
+    errors = [
+        abs(error(matching.found[piece], true))
+        for piece, true in zip(matching.best, matching.true, strict=True)
+        if piece >= 0
+    ]
+    return float(np.mean(errors)) if errors else math.nan
+
+
+def _length_mm(evidence: Evidence, number: int, pixels: Bools) -> float:
+    """Steps of 1 mm along the burr that hold at least one of the pixels."""
+    points = evidence.truth.points_part_mm[pixels]
+    place = evidence.matching.true[number]
+    if place.arc_deg > 0.0:
+        radius = float(np.hypot(points[:, 0], points[:, 1]).mean()) if len(points) else 0.0
+        turns = turn_deg(np.degrees(np.arctan2(points[:, 1], points[:, 0])), place.angle_deg)
+        along = np.radians(turns) * radius
+    else:
+        along = points[:, 2]
+    return _BIN_MM * len(np.unique(np.floor(along / _BIN_MM)))

@@ -1,0 +1,63 @@
+"""What metrics look at: one outcome beside the truth, and the quantities that several metrics share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from burrscan.pipeline import Outcome
+
+from bench.score.matching import Matching, match_places
+from bench.score.places import along_axis_mm, found_place, true_place
+from burrscan.arrays import Bools, Floats
+from scenes.truth import Truth
+
+RIGHT_WITHIN_PX = 1.0
+"""A correspondence is right within this distance of the truth, projector pixels (issue 2)."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One variant's outcome of one case, and the truth of that case."""
+
+    truth: Truth
+    outcome: Outcome
+
+    @cached_property
+    def accepted(self) -> Bools:
+        """(h, w) pixels whose correspondence the scan stands for."""
+        correspondence = self.outcome.scan.correspondence
+        return correspondence.mask & np.isfinite(correspondence.u_px)
+
+    @cached_property
+    def right(self) -> Bools:
+        """(h, w) accepted pixels within :data:`RIGHT_WITHIN_PX` of the response-weighted true column."""
+        error = np.abs(self.outcome.scan.correspondence.u_px - self.truth.u_response_px)
+        return self.accepted & (error <= RIGHT_WITHIN_PX)  # a NaN truth compares False: nothing is there
+
+    @cached_property
+    def depth_error_mm(self) -> Floats:
+        """(h, w) measured minus true depth along the camera's z; NaN where either is missing."""
+        return self.outcome.surface.points_mm[..., 2] - self.truth.points_mm[..., 2]
+
+    @cached_property
+    def T_part_found(self) -> Floats:  # noqa: N802 (T_target_source)
+        """(4, 4) from the part frame that was found to the true one."""
+        return self.truth.T_part_camera @ np.linalg.inv(self.outcome.inspection.T_part_mesh)
+
+    @cached_property
+    def generatrix_zr_mm(self) -> Floats:
+        """(K, 2) the generatrix found, its z carried to the true part frame, its r as found."""
+        found = self.outcome.inspection.generatrix
+        return np.column_stack([along_axis_mm(self.T_part_found, found.z_mm), found.r_mm])
+
+    @cached_property
+    def matching(self) -> Matching:
+        """Burrs found against true burrs."""
+        true = [true_place(burr) for burr in self.truth.wheel.burrs]
+        found = [
+            found_place(burr, T_part_camera=self.truth.T_part_camera, T_part_found=self.T_part_found)
+            for burr in self.outcome.inspection.burrs
+        ]
+        return match_places(true, found)

@@ -1,0 +1,48 @@
+"""What a metric is: one definition, with everything needed to read and to compare its numbers."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from bench.score.evidence import Evidence
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number per case and variant.
+
+    Parameters
+    ----------
+    name, title, unit
+        The key in records, the heading in tables, and the unit (``1`` for a share, ``count`` for a number of
+        things).
+    better
+        Which direction is better.
+    version
+        Raised whenever the definition changes; numbers of different versions are not comparable.
+    source
+        Where the definition comes from.
+    measure
+        The definition itself; NaN where the metric does not apply to a case.
+    on_failure
+        What a case without a result counts as: the worst value where there is one; infinity, which ranks
+        behind every error, where there is none; NaN for what is neither good nor bad.
+
+    """
+
+    name: str
+    title: str
+    unit: str
+    better: Literal["higher", "lower"]
+    version: int
+    source: str
+    measure: Callable[[Evidence], float]
+    on_failure: float
+
+    @property
+    def description(self) -> str:
+        """The definition in words."""
+        return inspect.cleandoc(self.measure.__doc__ or "")

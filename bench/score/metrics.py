@@ -1,0 +1,55 @@
+"""The table of all metrics."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+from bench.score import burrs, scan, shape
+from bench.score.evidence import Evidence
+from bench.score.metric import Metric
+
+_ISSUE = "burrscan, issue 2"
+_SEED = "Claes, Koninckx, Bruyninckx, Automatic burr detection on surfaces of revolution, section 5.2"
+_POD = "MIL-HDBK-1823A (hit/miss)"
+
+_ALL = (
+    Metric("coverage", "Coverage", "1", "higher", 1, _ISSUE, scan.coverage, 0.0),
+    Metric("wrong_rate", "Wrong correspondences", "1", "lower", 1, _ISSUE, scan.wrong_rate, 1.0),
+    Metric("depth_rms_mm", "Depth RMS", "mm", "lower", 1, _ISSUE, scan.depth_rms_mm, math.inf),
+    Metric("axis_deg", "Axis angle", "deg", "lower", 1, _ISSUE, shape.axis_deg, 90.0),
+    Metric("axis_offset_mm", "Axis offset", "mm", "lower", 1, _ISSUE, shape.axis_offset_mm, math.inf),
+    Metric(
+        "generatrix_rms_mm", "Generatrix RMS", "mm", "lower", 1, _ISSUE, shape.generatrix_rms_mm, math.inf
+    ),
+    Metric("band_mm", "Generatrix band", "mm", "lower", 1, _SEED, shape.band_mm, math.inf),
+    Metric("burr_found", "Burrs found", "1", "higher", 1, _POD, burrs.burr_found, 0.0),
+    Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _ISSUE, burrs.burr_coverage, 0.0),
+    Metric("burr_angle_deg", "Burr angle", "deg", "lower", 1, _ISSUE, burrs.burr_angle_deg, math.inf),
+    Metric("burr_height_mm", "Burr height", "mm", "lower", 1, _ISSUE, burrs.burr_height_mm, math.inf),
+    Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _ISSUE, burrs.burr_extent_mm, math.inf),
+    Metric("false_calls", "False calls", "count", "lower", 1, _POD, burrs.false_calls, math.inf),
+    Metric("frames", "Frames", "count", "lower", 1, _ISSUE, scan.frames, math.nan),
+    Metric("saturated_share", "Saturated", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
+)
+
+METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
+"""Every metric by its name, in the order of tables."""
+
+HEADLINE = (
+    "coverage", "wrong_rate", "depth_rms_mm", "axis_deg", "axis_offset_mm", "generatrix_rms_mm",
+    "burr_found", "burr_angle_deg", "burr_height_mm", "false_calls", "frames",
+)  # fmt: skip
+"""The score table's columns where a suite names none."""
+
+
+def measure(evidence: Evidence) -> dict[str, float]:
+    """Every metric of one outcome."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # NaN marks what is missing and may be compared
+        return {name: float(metric.measure(evidence)) for name, metric in METRICS.items()}
+
+
+def failed_metrics() -> dict[str, float]:
+    """What a case without a result counts as, metric by metric."""
+    return {name: metric.on_failure for name, metric in METRICS.items()}

@@ -1,0 +1,80 @@
+"""From records to a score table: one row per group of cases and variant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.run.records import Record
+from bench.score.metrics import METRICS
+
+EVERYTHING = "all"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a score table.
+
+    Parameters
+    ----------
+    group, variant
+        Which records: those whose first swept parameter has this value, or all.
+    cases, failed
+        How many, and how many of them have no result.
+    values
+        Metric to its summary; NaN where no case has it, infinite where most cases failed.
+
+    """
+
+    group: str
+    variant: str
+    cases: int
+    failed: int
+    values: Mapping[str, float]
+
+
+def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: str | None) -> list[Row]:
+    """Summarise records per value of the parameter ``by`` and variant, then over all.
+
+    Errors (mm, deg) are summarised by their median, in which a case without a result ranks behind every
+    error; shares and counts by their mean. O(records × metrics).
+    """
+    names = tuple(metrics)
+    groups = list(dict.fromkeys(_group(record, by) for record in records)) if by else []
+    variants = list(dict.fromkeys(record.variant for record in records))
+    wanted = [(group, variant) for group in [*groups, EVERYTHING] for variant in variants]
+    return [
+        _row(
+            group,
+            variant,
+            [r for r in records if r.variant == variant and group in {_group(r, by), EVERYTHING}],
+            names,
+        )
+        for group, variant in wanted
+    ]
+
+
+def summarise(name: str, records: Iterable[Record]) -> float:
+    """One metric over some records; see :func:`score_table`."""
+    values = np.array([value_of(record, name) for record in records])
+    known = values[~np.isnan(values)]
+    if METRICS[name].unit in {"mm", "deg"}:
+        return float(np.median(known)) if known.size else np.nan
+    known = known[np.isfinite(known)]
+    return float(known.mean()) if known.size else np.nan
+
+
+def value_of(record: Record, name: str) -> float:
+    """A record's value of a metric; without a result, what the metric counts that as."""
+    return METRICS[name].on_failure if record.failure else record.metrics.get(name, np.nan)
+
+
+def _group(record: Record, by: str | None) -> str:
+    return str(record.parameters.get(by)) if by else EVERYTHING
+
+
+def _row(group: str, variant: str, records: Sequence[Record], names: Sequence[str]) -> Row:
+    failed = sum(record.failure is not None for record in records)
+    return Row(group, variant, len(records), failed, {name: summarise(name, records) for name in names})

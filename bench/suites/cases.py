@@ -1,0 +1,88 @@
+"""From a suite to its cases: every scene point with every seed, ready to be simulated."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.suites.case import Case
+from bench.suites.identity import content_hash, stream
+from bench.suites.paths import override
+from bench.suites.suite import Suite, refuse
+from burrscan.errors import InputError
+from scenes.scene import scene_from, scene_hash
+
+_LONGEST_ID = 160
+
+
+def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
+    """All cases of a suite, in canonical order: the grid with its last path fastest, then the seeds.
+
+    Parameters
+    ----------
+    suite
+        What to expand.
+    seed
+        The run's seed: another one gives a new realisation of the whole suite.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        With everything that does not fit the scene.
+
+    """
+    grid = itertools.product(*suite.sweep.values())
+    points = [dict(zip(suite.sweep, values, strict=True)) for values in grid]
+    cases, problems = [], dict[str, None]()
+    for point, case_seed in itertools.product(points, suite.seeds):
+        try:
+            cases.append(_case(suite, point, case_seed, seed))
+        except InputError as error:
+            problems[str(error)] = None  # many cases may share one
+    refuse(list(problems), f"suite {suite.name}")
+    return tuple(cases)
+
+
+def label(value: Any) -> str | float | int | bool:  # noqa: ANN401 (any TOML value)
+    """A swept value as people read it: plain values as they are, tables by their name, else by content."""
+    if isinstance(value, str | int | float | bool):
+        return value
+    if isinstance(value, Mapping) and isinstance(value.get("name"), str):
+        return str(value["name"])
+    if isinstance(value, list | tuple) and len(value) <= 4 and all(isinstance(v, int | float) for v in value):
+        return "x".join(f"{v:g}" for v in value)
+    return content_hash(value)[:6]
+
+
+def short(path: str | Path) -> str:
+    """A path of a file as its stem; anything else as it is."""
+    text = str(path)
+    return Path(text).stem if text.endswith(".toml") else text
+
+
+def _case(suite: Suite, point: Mapping[str, Any], seed: int, run_seed: int) -> Case:
+    document = dict(suite.scene)
+    for path, value in point.items():
+        document = override(document, path, value)
+    identity = content_hash({"scene": document, "seed": seed, "run": run_seed})
+    for path, (low, high) in suite.jitter.items():
+        document = override(document, path, float(stream(identity, path).uniform(low, high)))
+    parameters = {**{path: label(value) for path, value in point.items()}, "seed": seed}
+    scene = scene_from(document, source="scene")
+    return Case(_id(parameters), parameters, seed, document, scene_hash(scene), identity)
+
+
+def _id(parameters: Mapping[str, Any]) -> str:
+    text = ",".join(f"{key}={_text(value)}" for key, value in parameters.items())
+    safe = re.sub(r"[^A-Za-z0-9._=,+-]", "_", text)
+    if len(safe) <= _LONGEST_ID:
+        return safe
+    return f"{safe[:_LONGEST_ID]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+
+def _text(value: Any) -> str:  # noqa: ANN401 (a label)
+    return f"{value:g}" if isinstance(value, float) else short(str(value))

@@ -1,0 +1,95 @@
+"""Finding a suite by name or path, and checking it against everything it names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from bench.score.metrics import METRICS
+from bench.suites.case import Case
+from bench.suites.cases import expand
+from bench.suites.paths import merge
+from bench.suites.suite import Suite, refuse, suite_from
+from bench.suites.variants import pipeline_of
+from burrscan.documents import read_toml
+from burrscan.errors import InputError
+from burrscan.variants import suggest
+from scenes.scene import scene_document
+
+
+def suite_names() -> list[str]:
+    """The suites that come with burrscan."""
+    folder = resources.files("bench.suites")
+    return sorted(Path(item.name).stem for item in folder.iterdir() if item.name.endswith(".toml"))
+
+
+def load_suite(name_or_path: str | Path) -> Suite:
+    """Read a suite, lay its scene over its base, and check every case it makes.
+
+    Parameters
+    ----------
+    name_or_path
+        A shipped suite's name, or the path of a TOML file. Scene files are looked for beside it.
+
+    Raises
+    ------
+    InputError
+        With every error at once.
+
+    """
+    path = _find(name_or_path)
+    document = read_toml(path)
+    suite = suite_from({**document, "scene": _scene(document.get("scene"), path)}, source=str(path))
+    refuse(list(_problems(suite)), str(path))
+    return suite
+
+
+def _find(name_or_path: str | Path) -> Path:
+    text = str(name_or_path)
+    if text.endswith(".toml") or "/" in text:
+        return Path(text)
+    if text not in suite_names():
+        raise InputError(
+            f"unknown suite '{text}': {suggest(text, suite_names())} (or the path of a .toml file)"
+        )
+    return Path(str(resources.files("bench.suites").joinpath(f"{text}.toml")))
+
+
+def _scene(table: Any, path: Path) -> Any:  # noqa: ANN401 (anything may stand in a document)
+    """The scene's tables laid over the base they name."""
+    if not isinstance(table, Mapping) or "base" not in table:
+        return table
+    base = str(table["base"])
+    beside = path.parent / base
+    over = {key: value for key, value in table.items() if key != "base"}
+    return merge(scene_document(str(beside) if beside.suffix == ".toml" and beside.exists() else base), over)
+
+
+def _problems(suite: Suite) -> Iterator[str]:
+    """Everything that is wrong with what the suite names."""
+    yield from _metric_problems(suite)
+    for variant in suite.variant:
+        yield from _message(lambda variant=variant: pipeline_of(variant))
+    yield from _message(lambda: _no_twins(expand(suite)))
+
+
+def _no_twins(cases: Sequence[Case]) -> None:
+    """Refuse cases that bear the same name."""
+    twins = [name for name, count in Counter(case.id for case in cases).items() if count > 1]
+    refuse([f"two cases are called '{name}'" for name in twins], "sweep")
+
+
+def _metric_problems(suite: Suite) -> Iterator[str]:
+    for name in suite.metrics:
+        if name not in METRICS:
+            yield f"metrics: unknown '{name}': {suggest(name, list(METRICS))}"
+
+
+def _message(attempt: Callable[[], object]) -> Iterator[str]:
+    try:
+        attempt()
+    except InputError as error:
+        yield str(error)

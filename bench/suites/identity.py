@@ -1,0 +1,31 @@
+"""Content hashes, and the random streams that are spawned from them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zlib
+from typing import Any
+
+import numpy as np
+
+
+def canonical(document: Any) -> str:  # noqa: ANN401 (plain tables)
+    """The one JSON text of plain tables: sorted keys, no spaces, numbers as Python writes them."""
+    return json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def content_hash(document: Any) -> str:  # noqa: ANN401 (plain tables)
+    """SHA-256 of :func:`canonical`, as 64 hexadecimal digits."""
+    return hashlib.sha256(canonical(document).encode()).hexdigest()
+
+
+def stream(identity: str, purpose: str) -> np.random.Generator:
+    """The random stream of one purpose within one identity; streams of different purposes are independent."""
+    sequence = np.random.SeedSequence(int(identity, 16), spawn_key=(zlib.crc32(purpose.encode()),))
+    return np.random.default_rng(sequence)
+
+
+def entropy(identity: str) -> tuple[int, ...]:
+    """An identity as eight 32-bit words, for code that seeds its own streams."""
+    return tuple(int(identity[i : i + 8], 16) for i in range(0, 64, 8))

@@ -1,0 +1,130 @@
+"""The suite as a type, and reading one from a document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from bench.suites.paths import flatten
+from burrscan.documents import STRICT, build
+from burrscan.errors import InputError
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=60)]
+Values = Annotated[tuple[Any, ...], Field(min_length=1)]
+Seed = Annotated[int, Field(ge=0)]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One pipeline under test.
+
+    Parameters
+    ----------
+    name
+        How tables and reports call it.
+    stages
+        Stage to the method that does it: a short name, ``"module:function"``, or a table of ``method`` and
+        its parameters. Stages that are not named keep the pipeline's defaults.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Name
+    stages: Mapping[str, str | Mapping[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Suite:
+    """What a run measures: scene points × seeds, each seen by every variant.
+
+    Parameters
+    ----------
+    name, title, description
+        For people; the name also names the run directory.
+    scene
+        The scene every case starts from, as plain tables. In a file it may name a ``base`` (a shipped scene
+        or a file) and hold only what differs from it; :func:`bench.suites.load_suite` lays the two together.
+    variant
+        The pipelines under test.
+    sweep
+        Dotted path in the scene to the values it takes; the points are the full grid, the last path fastest.
+    seeds
+        Each seed is one more case per point: other noise, other draws of what jitters.
+    jitter
+        Dotted path in the scene to the bounds of a uniform draw from the case's own random stream.
+    metrics
+        Names for the score table; empty for the usual ones. Every metric is recorded in any case.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Name
+    scene: Mapping[str, Any]
+    variant: Annotated[tuple[Variant, ...], Field(min_length=1)]
+    title: str = ""
+    description: str = ""
+    sweep: Mapping[str, Values] = field(default_factory=dict)
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
+    jitter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    metrics: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """The suite as plain tables, from which :func:`suite_from` makes an equal one."""
+        tables = asdict(self)
+        tables["variant"] = [{"name": v.name, **v.stages} for v in self.variant]
+        return tables
+
+
+def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
+    """Make a suite of plain tables, as TOML or JSON give them.
+
+    Raises
+    ------
+    InputError
+        With every error of form: unknown keys, wrong types, names that occur twice, empty jitter ranges.
+
+    """
+    suite = build(Suite, _arranged(document), source=source)
+    problems = [*_twice("variant", [v.name for v in suite.variant]), *_twice("seed", list(suite.seeds))]
+    problems += [
+        f"jitter.{path}: the lower bound {low:g} is above the upper one {high:g}"
+        for path, (low, high) in suite.jitter.items()
+        if low > high
+    ]
+    problems += [f"{path}: both swept and jittered" for path in suite.sweep if path in suite.jitter]
+    refuse(problems, source)
+    return suite
+
+
+def refuse(problems: list[str], source: str) -> None:
+    """Raise one :class:`InputError` that lists all ``problems``, if there are any."""
+    if problems:
+        lines = "\n".join(f"  {problem}" for problem in problems)
+        raise InputError(f"{source}: {len(problems)} problem(s)\n{lines}")
+
+
+def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The document in the dataclass's own shape: dotted paths flat, a variant's stages in one table."""
+    arranged = dict(document)
+    for key in ("sweep", "jitter"):
+        if isinstance(arranged.get(key), Mapping):
+            arranged[key] = dict(flatten(arranged[key]))
+    if isinstance(arranged.get("variant"), list | tuple):
+        arranged["variant"] = [_arranged_variant(v) for v in arranged["variant"]]
+    return arranged
+
+
+def _arranged_variant(table: Any) -> Any:  # noqa: ANN401 (anything may stand in a document)
+    if not isinstance(table, Mapping):
+        return table
+    stages = {key: value for key, value in table.items() if key != "name"}
+    return {**{k: v for k, v in table.items() if k == "name"}, "stages": stages}
+
+
+def _twice(what: str, items: list[Any]) -> list[str]:
+    return [f"{what} '{item}' is given twice" for item in dict.fromkeys(items) if items.count(item) > 1]

@@ -1,0 +1,153 @@
+"""Runs survive failing cases, dead workers, torn records and interruptions, with the same records."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from bench.run.directory import RunDirectory, load_run, unfinished
+from bench.run.records import Record
+from bench.run.runner import Progress, run_suite
+from bench.suites.suite import Suite, suite_from
+from burrscan.errors import InputError
+
+EXAMINE = """
+import os, pathlib, random, signal, time
+from bench.run.records import Record
+
+def record(case, variant, **more):
+    value = int(case.identity[:6], 16) / 2**24 + len(variant.name)
+    return Record(case.id, variant.name, case.parameters, case.scene_hash, case.identity,
+                  {"coverage": value, "depth_rms_mm": float("nan")}, timings_s={"scan": random.random()}, **more)
+
+def good(job, case):
+    return [record(case, variant) for variant in job.variants]
+
+def fails_on_seed_one(job, case):
+    from bench.run.examine import failed_record, failure
+    if case.seed == 1:
+        return [failed_record(case, v, failure("scan", ValueError("no light"))) for v in job.variants]
+    return good(job, case)
+
+def dies_on_seed_one(job, case):
+    if case.seed == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return good(job, case)
+"""
+
+
+@pytest.fixture(scope="module")
+def fakes(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """A module of stand-ins for the simulation that spawned processes can import."""
+    folder = tmp_path_factory.mktemp("fakes")
+    name = f"runner_fakes_{os.getpid()}"
+    (folder / f"{name}.py").write_text(EXAMINE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        yield __import__(name)  # type: ignore[misc]
+
+
+RIDGE = {"kind": "axial_ridge", "angle_deg": 0, "width_mm": 1, "z_start_mm": 5, "z_end_mm": 20}
+
+
+def small_suite(**changes: object) -> Suite:
+    document = {
+        "name": "small",
+        "scene": {"wheel": "paper", "finish": "matte", "burr": [RIDGE]},
+        "sweep": {"burr.height_mm": [1.0, 2.0]},
+        "jitter": {"burr.angle_deg": [-5.0, 5.0]},
+        "seeds": [0, 1],
+        "variant": [{"name": "b"}, {"name": "a"}],
+    }
+    return suite_from({**document, **changes}, source="test")
+
+
+def without_timings(records: tuple[Record, ...]) -> list[str]:
+    tables = [json.loads(record.line()) for record in records]
+    return [json.dumps({k: v for k, v in table.items() if k != "timings_s"}) for table in tables]
+
+
+def test_records_do_not_depend_on_the_number_of_workers(fakes: ModuleType, tmp_path: Path) -> None:
+    one, two = (
+        load_run(run_suite(small_suite(), tmp_path / str(n), workers=n, examine_case=fakes.good))
+        for n in (1, 2)
+    )
+    assert without_timings(one.records) == without_timings(two.records)
+    assert [r.variant for r in one.records] == ["b", "a"] * 4
+    tables = [(tmp_path / n / "records.csv").read_bytes() for n in "12"]
+    assert tables[0] == tables[1]
+    assert len(tables[0].splitlines()) == 9
+
+
+def test_another_seed_is_another_realisation(fakes: ModuleType, tmp_path: Path) -> None:
+    one, two = (
+        load_run(run_suite(small_suite(), tmp_path / str(n), workers=1, seed=n, examine_case=fakes.good))
+        for n in (0, 1)
+    )
+    assert not {r.identity for r in one.records} & {r.identity for r in two.records}
+    assert not {r.scene_hash for r in one.records} & {r.scene_hash for r in two.records}
+
+
+def test_a_run_torn_apart_is_finished_with_the_same_records(fakes: ModuleType, tmp_path: Path) -> None:
+    whole = load_run(run_suite(small_suite(), tmp_path / "whole", workers=1, examine_case=fakes.good))
+    out = run_suite(small_suite(), tmp_path / "torn", workers=1, examine_case=fakes.good)
+    lines = (out / "records.jsonl").read_text().splitlines(keepends=True)
+    # two whole cases, half of the third, and a torn line
+    (out / "records.jsonl").write_text("".join(lines[:5]) + lines[5][:40])
+    assert load_run(out).missing == 3
+    assert unfinished(tmp_path, "small") == out
+    seen: list[Progress] = []
+    run_suite(small_suite(), out, workers=1, examine_case=fakes.good, progress=seen.append)
+    again = load_run(out)
+    assert without_timings(again.records) == without_timings(whole.records)
+    assert [(p.done, p.before, p.total) for p in seen] == [(2, 2, 4), (3, 2, 4), (4, 2, 4)]
+    assert len(again.manifest["sessions"]) == 2
+    with pytest.raises(InputError, match="no unfinished run"):
+        unfinished(tmp_path, None)
+
+
+def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_path: Path) -> None:
+    run = load_run(run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one))
+    failed = [record for record in run.records if record.failure]
+    assert len(run.records) == 8
+    assert {r.parameters["seed"] for r in failed} == {1}
+    assert len(failed) == 4
+    assert all(r.failure and "no light" in r.failure.traceback for r in failed)
+    assert all(r.metrics["coverage"] == 0.0 and r.metrics["burr_found"] == 0.0 for r in failed)
+
+
+def test_a_case_that_kills_its_workers_is_a_failure_and_the_rest_is_done(
+    fakes: ModuleType, tmp_path: Path
+) -> None:
+    run = load_run(run_suite(small_suite(), tmp_path / "r", workers=2, examine_case=fakes.dies_on_seed_one))
+    assert run.missing == 0
+    assert [bool(r.failure) for r in run.records] == [False, False, True, True] * 2
+    assert all("SIGKILL" in r.failure.error for r in run.records if r.failure)
+
+
+def test_a_directory_that_holds_something_else_is_refused(fakes: ModuleType, tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").touch()
+    with pytest.raises(InputError, match="not empty"):
+        run_suite(small_suite(), tmp_path, workers=1, examine_case=fakes.good)
+    run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.good)
+    with pytest.raises(InputError, match=r"suite_hash.*another directory"):
+        run_suite(small_suite(seeds=[0]), tmp_path / "r", workers=1, examine_case=fakes.good)
+    with pytest.raises(InputError, match="differs in seed"):
+        run_suite(small_suite(), tmp_path / "r", seed=3, workers=1, examine_case=fakes.good)
+
+
+def test_two_processes_do_not_share_a_run(fakes: ModuleType, tmp_path: Path) -> None:
+    with (
+        RunDirectory(tmp_path / "r").locked(),
+        pytest.raises(InputError, match="another process"),
+    ):
+        run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.good)
+
+
+def test_a_folder_without_a_run_says_what_makes_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="burrscan run"):
+        load_run(tmp_path)
