@@ -1,0 +1,1 @@
+"""Wheels, finishes and scenes that come with the package."""

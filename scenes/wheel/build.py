@@ -1,0 +1,150 @@
+"""From a specification to a watertight wheel with burrs, and everything known of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints32, freeze
+from burrscan.errors import InputError
+from scenes.wheel.carve import carve
+from scenes.wheel.outline import Outline, wheel_outline
+from scenes.wheel.revolve import sections_for
+from scenes.wheel.ridge import nick_tool, ridge_tool
+from scenes.wheel.rim import rim_tool
+from scenes.wheel.spec import AxialRidge, BurrSpec, RimBurr, WheelSpec
+from scenes.wheel.tool import Tool
+from scenes.wheel.truth import TrueBurr, deviation_mm
+
+_TRUTH_CHORD_MM = 1e-5
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel ready to be rendered, in its part frame: millimetres, the axis is +z.
+
+    Parameters
+    ----------
+    vertices_mm
+        (V, 3); repeated at creases and seams, where one point has several normals or uv.
+    faces
+        (T, 3) counter-clockwise from outside.
+    normals
+        (V, 3) unit outward normals of the exact surface (not of the facets).
+    uvs
+        (V, 2) u along the circumference on the wheel itself.
+    face_burr
+        (T,) index into ``burrs`` of the burr that a face belongs to, -1 for the wheel itself.
+    generatrix_zr_mm
+        (K, 2) the ideal outline within 0.01 µm, outside to the left; from axis to axis for a solid wheel,
+        closed (first point repeated) for one with a bore.
+    burrs
+        The truth, in the order of the specification.
+    name
+        Of the wheel.
+
+    """
+
+    vertices_mm: Floats
+    faces: Ints32
+    normals: Floats
+    uvs: Floats
+    face_burr: Ints32
+    generatrix_zr_mm: Floats
+    burrs: tuple[TrueBurr, ...]
+    name: str
+
+    def __post_init__(self) -> None:
+        freeze(self, vertices_mm=self.vertices_mm, faces=self.faces, normals=self.normals, uvs=self.uvs)
+        freeze(self, face_burr=self.face_burr, generatrix_zr_mm=self.generatrix_zr_mm)
+
+    def welded(self) -> tuple[Floats, Ints32]:
+        """Vertices and faces of the closed surface, each point once."""
+        vertices, index = np.unique(self.vertices_mm, axis=0, return_inverse=True)
+        return vertices, index.reshape(-1)[self.faces].astype(np.int32)
+
+
+def build_wheel(
+    spec: WheelSpec,
+    burrs: Sequence[BurrSpec] | None = None,
+    *,
+    facet_error_mm: float = 0.001,
+    sections: int | None = None,
+) -> Wheel:
+    """Turn the generatrix, unite burrs, cut nicks, and state the truth.
+
+    Parameters
+    ----------
+    spec
+        The wheel.
+    burrs
+        The burrs to put on; those of the specification when None. Nicks are cut last.
+    facet_error_mm
+        Largest distance of a facet's chord from the exact curve, along the circumference and along fillets
+        each, so the surface is nowhere off by more than twice this.
+    sections
+        Number of facets round the circumference; from ``facet_error_mm`` when None.
+
+    Raises
+    ------
+    InputError
+        When no body can be turned from the outline or a burr does not fit the wheel.
+
+    """
+    outline = wheel_outline(spec, chord_error_mm=facet_error_mm)
+    exact = wheel_outline(spec, chord_error_mm=_TRUTH_CHORD_MM)
+    count = sections or sections_for(float(outline.curve_zr[:, 1].max()), chord_error_mm=facet_error_mm)
+    chosen = tuple(spec.burr if burrs is None else burrs)
+    tools = tuple(_tool(burr, exact, i, 360.0 / count) for i, burr in enumerate(chosen))
+    parts, volumes = carve(outline, tools, sections=count)
+    return Wheel(
+        vertices_mm=np.concatenate([part.points_mm for part in parts]),
+        faces=_joined([part.faces for part in parts], [len(part.points_mm) for part in parts]),
+        normals=np.concatenate([part.normals for part in parts]),
+        uvs=np.concatenate([part.uvs for part in parts]),
+        face_burr=np.concatenate([part.face_burr for part in parts]),
+        generatrix_zr_mm=exact.curve_zr,
+        burrs=tuple(map(_truth, chosen, tools, volumes, [exact] * len(tools))),
+        name=spec.name,
+    )
+
+
+def _joined(faces: list[Ints32], counts: list[int]) -> Ints32:
+    offsets = np.concatenate([[0], np.cumsum(counts[:-1])])
+    return np.concatenate([part + offset for part, offset in zip(faces, offsets, strict=True)]).astype(
+        np.int32
+    )
+
+
+def _tool(burr: BurrSpec, outline: Outline, index: int, section_deg: float) -> Tool:
+    try:
+        if isinstance(burr, AxialRidge):
+            return ridge_tool(burr, outline)
+        if isinstance(burr, RimBurr):
+            return rim_tool(burr, outline, section_deg=section_deg)
+        return nick_tool(burr, outline)
+    except InputError as error:
+        raise InputError(f"burr {index}: {error}") from error
+
+
+def _truth(burr: BurrSpec, tool: Tool, volume_mm3: float, outline: Outline) -> TrueBurr:
+    crest = tool.crest_mm
+    deviation = deviation_mm(crest, outline.curve_zr)
+    inside = deviation < 0.0 if tool.side == "nick" else np.full(len(crest), True)
+    return TrueBurr(
+        kind=burr.kind,
+        side=tool.side,
+        angle_deg=tool.angle_deg,
+        z_start_mm=tool.z_start_mm,
+        z_end_mm=tool.z_end_mm,
+        height_mm=float(np.abs(deviation[inside]).max()),
+        width_mm=tool.width_mm,
+        length_mm=tool.length_mm,
+        area_mm2=volume_mm3 / tool.length_mm,
+        volume_mm3=volume_mm3,
+        ridge_mm=crest[inside],
+        deviation_mm=deviation[inside],
+        arc_deg=tool.arc_deg,
+    )
