@@ -1,0 +1,221 @@
+"""The generatrix as short pieces: ridges of the density of points in the (z, r) plane of an assumed axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Floats, Ints32
+
+CELLS_PER_BLUR = 1.5
+SPACING = 2.5
+"""Distance of neighbouring pieces, in blurs."""
+GATE = 1.6
+"""Points further than this many spacings from every piece belong to none."""
+MAX_CELLS = 1 << 21
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """K straight pieces and the map that says which piece a point of the (z, r) plane belongs to.
+
+    Parameters
+    ----------
+    centre, normal
+        (K, 2) in (z, r).
+    labels
+        (nz, nr) piece of each cell, -1 where there is none.
+    origin
+        (2,) corner of the map.
+    cell
+        Side of a cell.
+    spacing
+        Distance of neighbouring pieces: the unit of a piece's own coordinate.
+
+    """
+
+    centre: Floats
+    normal: Floats
+    labels: Ints32
+    origin: Floats
+    cell: float
+    spacing: float
+
+
+@njit(cache=True, nogil=True)
+def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) -> Floats:  # pragma: no cover
+    """Least and greatest z and r of the points within reach."""
+    low_z, high_z, low_r, high_r = 1e300, -1e300, 1e300, -1e300
+    for i in range(points.shape[0]):
+        if abs(points[i, 0]) >= reach or abs(points[i, 1]) >= reach or abs(points[i, 2]) >= reach:
+            continue
+        a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
+        x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
+        y = a * frame[0, 1] + b * frame[1, 1] + c * frame[2, 1]
+        z = a * frame[0, 2] + b * frame[1, 2] + c * frame[2, 2]
+        r = np.sqrt(x * x + y * y)
+        low_z, high_z = min(low_z, z), max(high_z, z)
+        low_r, high_r = min(low_r, r), max(high_r, r)
+    return np.array([low_z, high_z, low_r, high_r])
+
+
+@njit(cache=True, nogil=True)
+def _histogram(
+    points: Floats, weights: Floats, frame: Floats, place: Floats, origin: Floats, cell: float, field: Floats
+) -> None:  # pragma: no cover
+    """Sums of 1, z, r, zz, zr, rr per cell, coordinates taken from the origin."""
+    for i in range(points.shape[0]):
+        a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
+        x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
+        y = a * frame[0, 1] + b * frame[1, 1] + c * frame[2, 1]
+        z = a * frame[0, 2] + b * frame[1, 2] + c * frame[2, 2] - origin[0]
+        r = np.sqrt(x * x + y * y) - origin[1]
+        if z < 0.0 or r < 0.0:
+            continue
+        j, k = int(z / cell), int(r / cell)
+        if j >= field.shape[0] or k >= field.shape[1]:
+            continue
+        w = weights[i] if weights.shape[0] > 0 else 1.0
+        field[j, k, 0] += w
+        field[j, k, 1] += w * z
+        field[j, k, 2] += w * r
+        field[j, k, 3] += w * z * z
+        field[j, k, 4] += w * z * r
+        field[j, k, 5] += w * r * r
+
+
+@njit(cache=True, nogil=True)
+def _blurred(field: Floats, kernel: Floats) -> Floats:  # pragma: no cover
+    """Separable blur; only non-empty cells cost anything."""
+    half = kernel.shape[0] // 2
+    rows, columns, channels = field.shape
+    once = np.zeros_like(field)
+    for j in range(rows):
+        for k in range(columns):
+            if field[j, k, 0] > 0.0:
+                for s in range(max(-half, -j), min(half, rows - 1 - j) + 1):
+                    for c in range(channels):
+                        once[j + s, k, c] += kernel[s + half] * field[j, k, c]
+    twice = np.zeros_like(field)
+    for j in range(rows):
+        for k in range(columns):
+            if once[j, k, 0] > 0.0:
+                for s in range(max(-half, -k), min(half, columns - 1 - k) + 1):
+                    for c in range(channels):
+                        twice[j, k + s, c] += kernel[s + half] * once[j, k, c]
+    return twice
+
+
+@njit(cache=True, nogil=True)
+def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma: no cover
+    """Cells whose density is greatest across the local normal: rows (z, r, nz, nr, density, flatness)."""
+    rows, columns = field.shape[0], field.shape[1]
+    found = np.empty((rows * columns, 6))
+    count = 0
+    for j in range(1, rows - 1):
+        for k in range(1, columns - 1):
+            n = field[j, k, 0]
+            if n < least:
+                continue
+            mz, mr = field[j, k, 1] / n, field[j, k, 2] / n
+            zz = field[j, k, 3] / n - mz * mz
+            zr = field[j, k, 4] / n - mz * mr
+            rr = field[j, k, 5] / n - mr * mr
+            half = 0.5 * (zz - rr)
+            root = np.sqrt(half * half + zr * zr)
+            turn = 0.5 * np.arctan2(zr, half)  # of the major axis: the tangent
+            nz, nr = -np.sin(turn), np.cos(turn)
+            mid = 0.5 * (zz + rr)
+            flat = (mid - root) / (mid + root + 1e-300)
+            # against the two neighbours the normal points to, bilinear between cells
+            sj, sk = (1 if nz > 0 else -1), (1 if nr > 0 else -1)
+            wz, wr = abs(nz), abs(nr)
+            if wr >= wz:
+                q = wz / wr
+                ahead = (1 - q) * field[j, k + sk, 0] + q * field[j + sj, k + sk, 0]
+                behind = (1 - q) * field[j, k - sk, 0] + q * field[j - sj, k - sk, 0]
+            else:
+                q = wr / wz
+                ahead = (1 - q) * field[j + sj, k, 0] + q * field[j + sj, k + sk, 0]
+                behind = (1 - q) * field[j - sj, k, 0] + q * field[j - sj, k - sk, 0]
+            if n < ahead or n < behind:
+                continue
+            z, r = (j + 0.5) * cell, (k + 0.5) * cell
+            shift = nz * (mz - z) + nr * (mr - r)
+            found[count] = np.array([z + nz * shift, r + nr * shift, nz, nr, n, flat])
+            count += 1
+    return found[:count]
+
+
+@njit(cache=True, nogil=True)
+def _spread_out(ridges: Floats, order: Ints32, spacing: float) -> Ints32:  # pragma: no cover
+    """Greedy choice in the given order, no two closer than the spacing."""
+    chosen = np.empty(order.shape[0], dtype=np.int64)
+    count = 0
+    for m in order:
+        free = True
+        for s in range(count):
+            dz, dr = ridges[m, 0] - ridges[chosen[s], 0], ridges[m, 1] - ridges[chosen[s], 1]
+            if dz * dz + dr * dr < spacing * spacing:
+                free = False
+                break
+        if free:
+            chosen[count] = m
+            count += 1
+    return chosen[:count]
+
+
+@njit(cache=True, nogil=True)
+def _label_map(
+    centre: Floats, normal: Floats, shape: tuple[int, int], cell: float, spacing: float, gate: float
+) -> Ints32:  # pragma: no cover
+    """Piece nearest to each cell, as the distance to a line segment 1.5 spacings long."""
+    labels = np.full(shape, -1, dtype=np.int32)
+    best = np.full(shape, gate * gate)
+    reach = int(np.ceil((gate + 0.75 * spacing) / cell))
+    for m in range(centre.shape[0]):
+        j0, k0 = int(centre[m, 0] / cell), int(centre[m, 1] / cell)
+        for j in range(max(0, j0 - reach), min(shape[0] - 1, j0 + reach) + 1):
+            for k in range(max(0, k0 - reach), min(shape[1] - 1, k0 + reach) + 1):
+                dz, dr = (j + 0.5) * cell - centre[m, 0], (k + 0.5) * cell - centre[m, 1]
+                across = dz * normal[m, 0] + dr * normal[m, 1]
+                along = max(0.0, abs(dr * normal[m, 0] - dz * normal[m, 1]) - 0.75 * spacing)
+                distance = across * across + along * along
+                if distance < best[j, k]:
+                    best[j, k] = distance
+                    labels[j, k] = m
+    return labels
+
+
+def density_field(
+    points: Floats, weights: Floats, frame: Floats, place: Floats, blur: float, bounds: Floats
+) -> tuple[Floats, Floats, float]:
+    """Blurred moments over the (z, r) plane, the corner of the map and its cell side."""
+    cell = blur / CELLS_PER_BLUR
+    area = (bounds[1] - bounds[0] + 8 * blur) * (bounds[3] - bounds[2] + 8 * blur)
+    cell = max(cell, float(np.sqrt(area / MAX_CELLS)))
+    origin = np.array([np.floor(bounds[0] / cell) * cell, np.floor(bounds[2] / cell) * cell]) - 4 * cell
+    shape = [int((bounds[1] - origin[0]) / cell) + 6, int((bounds[3] - origin[1]) / cell) + 6]
+    field = np.zeros((*shape, 6))
+    _histogram(points, weights, frame, place, origin, cell, field)
+    half = int(np.ceil(2.5 * CELLS_PER_BLUR))
+    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / CELLS_PER_BLUR) ** 2)
+    return _blurred(field, kernel / kernel.sum()), origin, cell
+
+
+def find_pieces(
+    points: Floats, weights: Floats, frame: Floats, place: Floats, *, blur: float, bounds: Floats
+) -> Pieces:
+    """Pieces of the generatrix at the resolution ``blur``. O(V) for the histogram, then O(cells)."""
+    field, origin, cell = density_field(points, weights, frame, place, blur, bounds)
+    density = field[:, :, 0]
+    typical = float((density * density).sum() / max(density.sum(), 1e-300))
+    ridges = _ridge_cells(field, cell, 0.03 * typical)
+    spacing = SPACING * cell * CELLS_PER_BLUR
+    order = np.argsort(ridges[:, 5] - 1e-3 * ridges[:, 4] / typical, kind="stable")
+    chosen = ridges[_spread_out(ridges, order, spacing)]
+    centre, normal = np.ascontiguousarray(chosen[:, :2]), np.ascontiguousarray(chosen[:, 2:4])
+    labels = _label_map(centre, normal, density.shape, cell, spacing, GATE * spacing)
+    return Pieces(centre + origin, normal, labels, origin, cell, spacing)
