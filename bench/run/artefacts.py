@@ -134,4 +134,4 @@ def _preview(image: Image, saturation_dn: int) -> NDArray[np.uint8]:
 
 def _save(path: Path, **arrays: NDArray[Any]) -> None:
     with written_whole(path) as beside:
-        np.savez_compressed(beside, **arrays)
+        np.savez_compressed(beside, allow_pickle=False, **arrays)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -73,7 +73,7 @@ class Crew(Generic[Task, Result]):
         self._threads = threads
         self._workers: list[_Worker[Task]] = []
 
-    def results(self) -> Iterator[tuple[Task, Result | Died]]:
+    def results(self) -> Generator[tuple[Task, Result | Died], None, None]:
         """What comes back, in the order in which it does. Leaving the loop early stops the crew."""
         try:
             while self._hire():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.score.matching import Place
 from burrscan.arrays import Floats
@@ -10,7 +11,7 @@ from burrscan.inspection import Burr
 from scenes.wheel import TrueBurr
 
 
-def transform(T_target_source: Floats, points_mm: Floats) -> Floats:
+def transform(T_target_source: NDArray[np.floating], points_mm: Floats) -> Floats:
     """Points (..., 3) taken from the source frame to the target frame."""
     moved: Floats = points_mm @ T_target_source[:3, :3].T + T_target_source[:3, 3]
     return moved

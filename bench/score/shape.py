@@ -21,7 +21,7 @@ def axis_deg(evidence: Evidence) -> float:
 def axis_offset_mm(evidence: Evidence) -> float:
     """Distance of the axis found from the middle of the part, the true axis halfway along the generatrix."""
     z = evidence.truth.wheel.generatrix_zr_mm[:, 0]
-    middle = np.array([0.0, 0.0, 0.5 * (np.nanmin(z) + np.nanmax(z))])
+    middle = np.array([0.0, 0.0, 0.5 * float(np.nanmin(z) + np.nanmax(z))])
     in_found_frame = transform(np.linalg.inv(evidence.T_part_found), middle)
     return math.hypot(in_found_frame[0], in_found_frame[1])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ def _problems(suite: Suite) -> Iterator[str]:
     """Everything that is wrong with what the suite names."""
     yield from _metric_problems(suite)
     for variant in suite.variant:
-        yield from _message(lambda variant=variant: pipeline_of(variant))
+        yield from _message(partial(pipeline_of, variant))
     yield from _message(lambda: _no_twins(expand(suite)))
 
 

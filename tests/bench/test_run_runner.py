@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -21,8 +22,9 @@ from bench.run.records import Record
 
 def record(case, variant, **more):
     value = int(case.identity[:6], 16) / 2**24 + len(variant.name)
-    return Record(case.id, variant.name, case.parameters, case.scene_hash, case.identity,
-                  {"coverage": value, "depth_rms_mm": float("nan")}, timings_s={"scan": random.random()}, **more)
+    metrics = {"coverage": value, "depth_rms_mm": float("nan")}
+    return Record(case.id, variant.name, case.parameters, case.scene_hash, case.identity, metrics,
+                  timings_s={"scan": random.random()}, **more)
 
 def good(job, case):
     return [record(case, variant) for variant in job.variants]
@@ -41,14 +43,14 @@ def dies_on_seed_one(job, case):
 
 
 @pytest.fixture(scope="module")
-def fakes(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
     """A module of stand-ins for the simulation that spawned processes can import."""
     folder = tmp_path_factory.mktemp("fakes")
     name = f"runner_fakes_{os.getpid()}"
     (folder / f"{name}.py").write_text(EXAMINE)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(folder)
-        yield __import__(name)  # type: ignore[misc]
+        yield __import__(name)
 
 
 RIDGE = {"kind": "axial_ridge", "angle_deg": 0, "width_mm": 1, "z_start_mm": 5, "z_end_mm": 20}
