@@ -75,7 +75,7 @@ def scan_adaptive(
         max_sigma_px=max_sigma_px,
         least=least_intensity,
     )
-    crude, _, _ = _round(scanner, crude_code, crude_ms, None, max_sigma_px)
+    crude, _, _ = _round(scanner, crude_code, crude_ms, response, None, max_sigma_px)
     intensity = _intensity(
         scanner,
         crude,
@@ -86,7 +86,7 @@ def scan_adaptive(
         max_sigma_px=max_sigma_px,
         least=least_intensity,
     )
-    final, shown, images = _round(scanner, final_code, final_ms, intensity, max_sigma_px)
+    final, shown, images = _round(scanner, final_code, final_ms, response, intensity, max_sigma_px)
     white = scanner.capture(even(scanner, levels=(255,)), final_ms)[0]
     return Scan(
         correspondence=_fuse(crude, final, width=width, max_sigma_px=max_sigma_px),
@@ -101,15 +101,21 @@ def scan_adaptive(
     )
 
 
-def _round(
-    scanner: Scanner, code: Sequence, exposure_ms: float, intensity: Floats | None, max_sigma_px: float
+def _round(  # noqa: PLR0917 (the arguments of its one caller)
+    scanner: Scanner,
+    code: Sequence,
+    exposure_ms: float,
+    response: Response,
+    intensity: Floats | None,
+    max_sigma_px: float,
 ) -> tuple[Reading, Patterns, Image]:
     """Show, look, read, and take the known light's bias off; pixels that are not accepted are blanked."""
     shown = patterns(
         code.light, code.names, view=scanner.rig.projector, sheet=scanner.projector, intensity=intensity
     )
     images = scanner.capture(shown, exposure_ms)
-    reading = read(images, code, camera=scanner.camera).blanked(max_sigma_px=max_sigma_px)
+    dark_e = response.black_e_per_ms * np.float32(exposure_ms)
+    reading = read(images, code, camera=scanner.camera, dark_e=dark_e).blanked(max_sigma_px=max_sigma_px)
     v_px = epipolar_v(reading.u_px, scanner.rig)
     bias_px = light_bias_px(reading.u_px, v_px, shown, code, sheet=scanner.projector)
     return replace(reading, u_px=reading.u_px - bias_px), shown, images

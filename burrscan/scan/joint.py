@@ -17,7 +17,8 @@ from burrscan.codes.phase import Phase, decode_phase
 from burrscan.devices import CameraSheet
 from burrscan.scan.sequence import Sequence
 
-_COST_ROOF = 25.0
+_COST_ROOF = 36.0
+_EDGE_DOUBT = 0.5
 _INDIRECT_BIT = 0.5
 _INDIRECT_PHASE_RAD = 0.03
 
@@ -36,6 +37,9 @@ class Reading:
         (h, w) cost of the best candidate per observation, about 1 for an honest pixel.
     lead
         (h, w) by how much the second best candidate costs more, in units of chi².
+    spread_px2
+        (h, w) least variance of the columns in the pixel's footprint, by the finer stripes' loss of
+        modulation (three sigmas below its estimate). Large where the footprint is torn over a depth edge.
     clipped
         (h, w) True where a sine was clipped.
 
@@ -46,18 +50,26 @@ class Reading:
     direct_e: Floats32
     misfit: Floats32
     lead: Floats32
+    spread_px2: Floats32
     clipped: Bools
 
-    def blanked(self, *, max_sigma_px: float, least_lead: float = 20.0, worst_misfit: float = 5.0) -> Reading:
+    def blanked(
+        self,
+        *,
+        max_sigma_px: float,
+        least_lead: float = 12.0,
+        worst_misfit: float = 5.0,
+        widest_px: float = 1.0,
+    ) -> Reading:
         """The same with NaN where the column is clipped, coarse, ambiguous or at odds with its frames."""
         with np.errstate(invalid="ignore"):
             fine = (self.sigma_px <= max_sigma_px) & (self.lead >= least_lead) & (self.misfit <= worst_misfit)
-        fine &= ~self.clipped
+        fine &= ~self.clipped & (self.spread_px2 <= widest_px**2)
         nan = np.float32(np.nan)
         return replace(self, u_px=np.where(fine, self.u_px, nan), sigma_px=np.where(fine, self.sigma_px, nan))
 
 
-def read(images: Image, code: Sequence, *, camera: CameraSheet) -> Reading:
+def read(images: Image, code: Sequence, *, camera: CameraSheet, dark_e: Floats32) -> Reading:
     """Decode a round.
 
     Parameters
@@ -68,6 +80,8 @@ def read(images: Image, code: Sequence, *, camera: CameraSheet) -> Reading:
         What was shown.
     camera
         The noise model.
+    dark_e
+        (h, w) electrons under a black projector at the round's exposure.
 
     Notes
     -----
@@ -82,22 +96,48 @@ def read(images: Image, code: Sequence, *, camera: CameraSheet) -> Reading:
         decode_phase(block, camera=camera, period_px=period)
         for block, period in zip(blocks, code.periods_px, strict=True)
     ]
-    return _combine(images[:first], phases, code, camera)
+    return _combine(images[:first], phases, code, camera, dark_e)
 
 
-def _combine(pairs: Image, phases: list[Phase], code: Sequence, camera: CameraSheet) -> Reading:
+def _combine(
+    pairs: Image, phases: list[Phase], code: Sequence, camera: CameraSheet, dark_e: Floats32
+) -> Reading:
     gain = camera.gain_dn_per_e
-    u_px, sigma, direct, misfit, lead = _choose(
+    u_px, sigma, direct, misfit, lead, spread = _choose(
         pairs,
         np.stack([phase.offset_px for phase in phases]),
         np.stack([phase.sigma_px for phase in phases]),
         np.stack([phase.amplitude_dn for phase in phases]),
         np.array(code.periods_px),
         code.bits,
+        dark_e * np.float32(gain),
         np.array([camera.black_level_dn, gain, (gain * camera.read_noise_e) ** 2 + 1.0 / 12.0]),
     )
     clipped = np.logical_or.reduce([phase.clipped for phase in phases])
-    return Reading(u_px, sigma, direct / np.float32(gain), misfit, lead, clipped)
+    return Reading(u_px, sigma, direct / np.float32(gain), misfit, lead, spread, clipped)
+
+
+@njit(cache=True, nogil=True)
+def _least_spread(amplitude: Floats32, sigma: Floats32, periods: Floats) -> float:
+    """Variance of the footprint by ln A = const - variance ω² / 2, less three sigmas: a weighted line fit."""
+    s, sx, sy, sxx, sxy = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(len(periods)):
+        if not amplitude[j] > 0.0:
+            return -np.inf
+        omega = 2.0 * np.pi / periods[j]
+        # relative error of an amplitude equals the error of its phase in radians
+        weight = 1.0 / (omega * sigma[j]) ** 2
+        x, y = -0.5 * omega * omega, np.log(amplitude[j])
+        s += weight
+        sx += weight * x
+        sy += weight * y
+        sxx += weight * x * x
+        sxy += weight * x * y
+    spread = s * sxx - sx * sx
+    if not spread > 0.0:
+        return -np.inf
+    least: float = (s * sxy - sx * sy) / spread - 3.0 * np.sqrt(s / spread)
+    return least
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -108,8 +148,9 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
     amplitude: Floats32,
     periods: Floats,
     bits: Floats32,
+    dark: Floats32,
     noise: Floats,
-) -> tuple[Floats32, Floats32, Floats32, Floats32, Floats32]:
+) -> tuple[Floats32, Floats32, Floats32, Floats32, Floats32, Floats32]:
     count, height, width = offset.shape
     n_bits, columns = bits.shape
     black, gain, floor = noise[0], noise[1], noise[2]
@@ -118,6 +159,7 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
     out_direct = np.zeros((height, width), np.float32)
     out_misfit = np.full((height, width), np.inf, np.float32)
     out_lead = np.zeros((height, width), np.float32)
+    out_spread = np.zeros((height, width), np.float32)
     for r in prange(height):
         difference, weight = np.empty(n_bits), np.empty(n_bits)
         variance = np.empty(count)
@@ -135,10 +177,11 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
                 difference[b] = on - off
                 total += (on + off - 2.0 * black) / n_bits
                 weight[b] = gain * max(on + off - 2.0 * black, 0.0) + 2.0 * floor
-            # what is neither direct nor noise came by other surfaces, and may follow a bit by that much
-            indirect = max(total - direct, 0.0)
+            # what is neither direct, dark nor noise came by other surfaces, and may follow a bit by that much
+            doubt = gain * (max(total, 0.0) / n_bits + 4.0 * dark[r, c]) + 6.0 * floor
+            indirect = max(total - 2.0 * dark[r, c] - direct - 2.0 * np.sqrt(doubt), 0.0)
             for b in range(n_bits):
-                weight[b] = 1.0 / (weight[b] + (_INDIRECT_BIT * indirect) ** 2 + (0.05 * direct) ** 2)
+                weight[b] += (_INDIRECT_BIT * indirect) ** 2 + (0.05 * direct) ** 2
             for j in range(count):
                 wobble = periods[j] / (2.0 * np.pi) * _INDIRECT_PHASE_RAD * min(indirect / direct, 10.0)
                 variance[j] = float(sigma[j, r, c]) ** 2 + wobble * wobble
@@ -154,7 +197,9 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
                 column = min(max(int(np.rint(u)), 0), columns - 1)
                 for b in range(n_bits):
                     gap = difference[b] - direct * bits[b, column]
-                    cost += min(gap * gap * weight[b], _COST_ROOF)
+                    # near the border of two cells the value depends on the footprint's exact place and shape
+                    edge = _EDGE_DOUBT * direct * (1.0 - abs(bits[b, column]))
+                    cost += min(gap * gap / (weight[b] + edge * edge), _COST_ROOF)
                 if cost < best:
                     second, best, found = best, cost, u
                 elif cost < second:
@@ -171,9 +216,10 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
                 gap = offset[j, r, c] - found
                 gap -= periods[j] * np.rint(gap / periods[j])
                 chi2 += (gap - moment / information) ** 2 / variance[j]
+            out_spread[r, c] = _least_spread(amplitude[:, r, c], sigma[:, r, c], periods)
             out_u[r, c] = found + moment / information
             out_sigma[r, c] = np.sqrt(max(1.0, chi2 / max(count - 1, 1) / 3.0) / information)
             out_direct[r, c] = direct
             out_misfit[r, c] = best / (n_bits + count - 1)
             out_lead[r, c] = second - best
-    return out_u, out_sigma, out_direct, out_misfit, out_lead
+    return out_u, out_sigma, out_direct, out_misfit, out_lead, out_spread

@@ -16,7 +16,7 @@ from burrscan.arrays import Bools, Floats, Floats32, freeze
 from burrscan.codes.gray import gray_bits
 from burrscan.codes.phase import encode_phase
 
-_FOOTPRINT_PX = 3
+_FOOTPRINT_PX = 5
 
 
 @dataclass(frozen=True)
