@@ -17,7 +17,7 @@ Number = TypeVar("Number", float, Floats)
 
 WIDTH = 380.0
 _FINEST = 0.15  # of a picture unit: a straight line this near to a curve cannot be told from it
-_LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 8.0, 8.0, 36.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 44.0, 14.0, 8.0, 36.0
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class Axes:
     def _inner_height(self) -> float:
         return self.height - _TOP - _BOTTOM
 
-    def svg(self, content: Sequence[Markup], label: str) -> Markup:
-        """The whole picture: grid, content clipped to the frame, ticks and titles."""
-        parts = [self._grid(), self._window(Markup("").join(content)), self._titles()]
+    def svg(self, content: Sequence[Markup], label: str, *, css: str = "panel") -> Markup:
+        """The whole picture: grid on a ``css`` ground, content cut off at the frame, ticks and titles."""
+        parts = [self._grid(css), self._window(Markup("").join(content)), self._titles()]
         return Markup(
             '<svg class="plot" viewBox="0 0 {w:g} {h:g}" role="img" aria-label="{label}">{body}</svg>'
         ).format(w=WIDTH, h=self.height, label=label, body=Markup("").join(parts))
@@ -112,9 +112,9 @@ class Axes:
             '<svg x="{}" y="{}" width="{}" height="{}" viewBox="{}" preserveAspectRatio="none">{}</svg>'
         ).format(x, y, width, height, place, content)
 
-    def _grid(self) -> Markup:
+    def _grid(self, css: str) -> Markup:
         bottom, right = self.height - _BOTTOM, WIDTH - _RIGHT
-        lines = [Markup('<g class="grid">'), self.box(self.x, self.y, "panel")]
+        lines = [Markup('<g class="grid">'), self.box(self.x, self.y, css)]
         for tick in ticks(*self.x):
             lines.append(_segment(self.px(tick), _TOP, self.px(tick), bottom))
             lines.append(self.text(self.px(tick), bottom + 13, _number(tick), "tick x"))

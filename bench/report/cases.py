@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from bench.report import charts, pictures
 from bench.report.axes import round_up
 from bench.report.charts import Mark, Unrolled
-from bench.report.summary import Cell, Row, number, score_rows
+from bench.report.summary import Cell, Row, score_rows
 from bench.run import Record, RunDirectory
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -52,13 +54,21 @@ class VariantFigures:
 
 
 @dataclass(frozen=True)
+class BurrTable:
+    """A true burr, and what each variant made of it."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
 class CaseView:
     """Everything that the page shows of one case."""
 
     anchor: str
     parameters: tuple[tuple[str, str], ...]
     rows: tuple[Row, ...]
-    burrs: tuple[Row, ...]
+    burrs: tuple[BurrTable, ...]
     shared: tuple[Figure, ...]
     variants: tuple[VariantFigures, ...]
 
@@ -93,12 +103,11 @@ def view(
     folder = directory.case(records[0].case)
     truth = load(folder / "truth.npz")
     found = {record.variant: load(folder / f"{record.variant}.npz") for record in records}
-    names = [record.variant for record in records]
     return CaseView(
         anchor,
         tuple((name, str(value)) for name, value in records[0].parameters.items()),
-        score_rows(records, names, metrics),
-        burr_rows(records),
+        case_rows(records, metrics),
+        burr_tables(records),
         _shared(truth, {styles[name]: arrays for name, arrays in found.items() if arrays}, scales),
         tuple(
             VariantFigures(
@@ -115,14 +124,14 @@ def view(
 def load(path: Path) -> Arrays:
     """The arrays of a file; none when the file is missing or damaged, for a report shows what there is."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return dict(arrays)
-    except (OSError, ValueError):
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error):
         return {}
 
 
 def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
-    """Limits that suit the whole run.
+    """Limits that suit all the cases shown.
 
     Depth: nine errors of ten are inside in the median case. Deviation: half the lowest burr, so that every
     burr stands out. Generatrix: nearly everything is inside in the median case.
@@ -144,26 +153,53 @@ def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
     )
 
 
-def burr_rows(records: Sequence[Record]) -> tuple[Row, ...]:
-    """A row per true burr: what it was, and what each variant made of it."""
+def case_rows(records: Sequence[Record], metrics: Sequence[str]) -> tuple[Row, ...]:
+    """The score of one case; a failed variant has none."""
+    rows = score_rows(records, [record.variant for record in records], metrics)
+    failed = [record.failure is not None for record in records]
+    return tuple(
+        replace(
+            row,
+            cells=tuple(
+                Cell("failed") if lost else cell for cell, lost in zip(row.cells, failed, strict=True)
+            ),
+        )
+        for row in rows
+    )
+
+
+def burr_tables(records: Sequence[Record]) -> tuple[BurrTable, ...]:
+    """A table per true burr: what it was, and what each variant made of it."""
     most = max((len(record.burrs) for record in records), default=0)
-    return tuple(_burr_row(records, index) for index in range(most))
+    return tuple(_burr_table(records, index) for index in range(most))
 
 
-def _burr_row(records: Sequence[Record], index: int) -> Row:
-    true = next(record.burrs[index] for record in records if len(record.burrs) > index)
-    title = f"{str(true['kind']).replace('_', ' ')}, {number(true['height_mm'], 'mm')} mm high"
-    cells = [_burr_cell(record.burrs[index] if len(record.burrs) > index else None) for record in records]
-    return Row(title, "", tuple(cells), str(true["side"]))
+def _burr_table(records: Sequence[Record], index: int) -> BurrTable:
+    given = [record.burrs[index] if len(record.burrs) > index else {} for record in records]
+    true = next(burr for burr in given if burr)
+    kind = f"{str(true['kind']).replace('_', ' ')} ({true['side']})"
+    size = f"{true['height_mm']:.3g} mm high, {true['width_mm']:.3g} mm wide"
+    return BurrTable(
+        f"{kind}, {size}, {true['visible_mm']:.0f} mm in sight",
+        (
+            Row("Found", "", tuple(_verdict(burr) for burr in given)),
+            _burr_row("Angle error", "deg", given, "angle_error_deg", "+.3f"),
+            _burr_row("Height error", "mm", given, "height_error_mm", "+.3f"),
+            _burr_row("Measured length", "mm", given, "covered_mm", ".0f"),
+        ),
+    )
 
 
-def _burr_cell(burr: Mapping[str, Any] | None) -> Cell:
-    if burr is None:
-        return Cell("–")
-    seen = f"measured on {burr['covered_mm']:.0f} of {burr['visible_mm']:.0f} mm"
-    if not burr["found"]:
-        return Cell(f"✗ missed; {seen}")
-    return Cell(f"✓ {burr['angle_error_deg']:+.2f}°, {burr['height_error_mm']:+.3f} mm; {seen}", best=True)
+def _burr_row(title: str, unit: str, burrs: Sequence[Mapping[str, Any]], key: str, form: str) -> Row:
+    values = [burr.get(key) for burr in burrs]
+    cells = (Cell("–" if value is None else format(value, form).replace("-", "−")) for value in values)
+    return Row(title, unit, tuple(cells))
+
+
+def _verdict(burr: Mapping[str, Any]) -> Cell:
+    if not burr:
+        return Cell("failed")
+    return Cell("✓ found") if burr["found"] else Cell("✗ missed")
 
 
 def _shared(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple[Figure, ...]:
@@ -210,7 +246,7 @@ def _variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figu
 
 def picture(uri: str, label: str) -> Markup:
     """A picture as an element of the page."""
-    return Markup('<img src="{}" alt="{}" loading="lazy" decoding="async">').format(uri, label)
+    return Markup('<img src="{}" alt="{}" decoding="async">').format(uri, label)
 
 
 def _true_map(truth: Arrays, limits: Scales) -> Markup:

@@ -47,13 +47,13 @@ def unrolled(part: Unrolled, marks: Sequence[Mark], limit_mm: float, label: str)
     axes = Axes(part.angle_deg, part.z_mm, "angle about the axis, deg", "along the axis, mm", 230.0)
     picture = axes.image(signed_map(part.deviation_mm.T[::-1], limit_mm))
     drawn = [_drawn(axes, mark) for mark in marks if _overlaps(mark.angle_deg, part.angle_deg)]
-    return axes.svg([picture, *drawn], label)
+    return axes.svg([picture, *drawn], label, css="panel map")
 
 
 def _drawn(axes: Axes, mark: Mark) -> Markup:
     angles = (max(mark.angle_deg[0], axes.x[0]), min(mark.angle_deg[1], axes.x[1]))
-    frame = axes.box(angles, mark.z_mm, mark.css, pad=4.0)
-    return Markup("<g><title>{}</title>{}</g>").format(mark.label, frame)
+    halo, frame = (axes.box(angles, mark.z_mm, css, pad=4.0) for css in ("halo", mark.css))
+    return Markup("<g><title>{}</title>{}{}</g>").format(mark.label, halo, frame)
 
 
 def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:

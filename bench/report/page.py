@@ -67,10 +67,11 @@ def _content(run: Run) -> dict[str, Any]:
     names = summary.metric_names(run)
     by_case = {case: list(records) for case, records in groupby(run.records, lambda record: record.case)}
     anchors = {case: f"case-{number}" for number, case in enumerate(by_case, 1)}
-    limits = scales(run.directory, run.records)
+    pictured = hardest(by_case, MOST_DETAILED)
+    limits = scales(run.directory, [record for case in pictured for record in by_case[case]])
     detailed = [
         view(run.directory, by_case[case], anchor=anchors[case], styles=styles, metrics=names, scales=limits)
-        for case in hardest(by_case, MOST_DETAILED)
+        for case in pictured
     ]
     return {
         "run": run,

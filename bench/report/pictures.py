@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from burrscan.arrays import Levels
 
 _PHOTO_QUALITY = 82
+_WIDEST = 512
 _LOSSLESS = 101  # OpenCV's way to say so
 _STEPS = 20  # colour steps on each side of zero: enough to see, few enough to stay small
 
@@ -20,8 +21,10 @@ BLUE_WHITE_RED = ((5, 48, 97), (67, 147, 195), (247, 247, 247), (214, 96, 77), (
 
 
 def photo(image: Levels) -> str:
-    """A grey picture (h, w) as a data URI, slightly lossy."""
-    return _data_uri(image, _PHOTO_QUALITY)
+    """A grey picture (h, w) as a data URI, slightly lossy, wide ones reduced."""
+    share = min(_WIDEST / image.shape[1], 1.0)
+    size = (round(image.shape[1] * share), round(image.shape[0] * share))
+    return _data_uri(cv2.resize(image, size, interpolation=cv2.INTER_AREA), _PHOTO_QUALITY)
 
 
 def signed_map(values: NDArray[np.floating], limit: float) -> str:

@@ -110,7 +110,7 @@ def verdict(records: Sequence[Record], variants: Sequence[str]) -> tuple[str, ..
     """The run in plain sentences: each variant against the first one, on the cases that both have."""
     first, *others = variants
     if not others:
-        return (_alone(records, first),)
+        return (_alone(of_variant(records, first), first),)
     return tuple(_against(records, first, other) for other in others)
 
 
@@ -192,8 +192,8 @@ def _time_cells(records: Sequence[Record], variants: Sequence[str], stage: str) 
 def _cells(
     values: Sequence[float], texts: Sequence[str], best_of: Callable[[list[float]], float]
 ) -> tuple[Cell, ...]:
-    finite = [value for value in values if math.isfinite(value)]
-    best = best_of(finite) if len(set(finite)) > 1 else None
+    known = [value for value in values if not math.isnan(value)]
+    best = best_of(known) if len(set(texts)) > 1 and known else None
     return tuple(Cell(text, best=value == best) for value, text in zip(values, texts, strict=True))
 
 
@@ -208,7 +208,7 @@ def number(value: float, unit: str) -> str:
         return "failed" if math.isinf(value) else "–"
     if unit == "1":
         return f"{100 * value:.1f}"
-    return f"{value:.4g}" if unit == "count" else f"{value:.3f}"
+    return f"{value:.1f}".removesuffix(".0") if unit == "count" else f"{value:.3f}"
 
 
 def failures(records: Iterable[Record]) -> list[dict[str, Any]]:

@@ -1,0 +1,240 @@
+"""The report is one file that stands alone, says what the records say, and shows what there is."""
+
+from __future__ import annotations
+
+import base64
+import html.parser
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bench.report import build_report, charts, pictures, summary
+from bench.report.axes import Axes, round_up, ticks
+from bench.report.cases import burr_tables
+from bench.report.page import hardest
+from bench.run import load_run
+from bench.run.records import Record
+from burrscan import InputError
+from tests.bench.report_run import made_up_run
+
+SECTIONS = ("what", "verdict", "score", "parts", "index", "cases", "speed", "read", "provenance")
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+
+
+class Page(html.parser.HTMLParser):
+    """Ids, links, pictures and words of a page; fails when a tag is left open or closed twice."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.references: list[str] = []
+        self.pictures: list[str] = []
+        self.words = ""
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self._open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        if given.get("id"):
+            self.ids.append(str(given["id"]))
+        for name in ("href", "src"):
+            value = given.get(name)
+            if value is not None:
+                (self.references if tag == "a" else self.pictures).append(value)
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.handle_endtag(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words += data
+
+
+def decoded(uri: str) -> NDArray[np.uint8]:
+    data = np.frombuffer(base64.b64decode(uri.partition(",")[2]), np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    assert image is not None
+    return np.asarray(image, np.uint8)
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_report(made_up_run(tmp_path_factory.mktemp("run"), fail=True))
+
+
+@pytest.fixture(scope="module")
+def page(page_file: Path) -> Page:
+    return Page(page_file.read_text("utf-8"))
+
+
+def test_the_page_lies_beside_the_records(page_file: Path) -> None:
+    assert page_file.name == "report.html"
+    assert (page_file.parent / "records.jsonl").exists()
+    assert not list(page_file.parent.glob("*.tmp*"))
+
+
+def test_every_section_is_there_once_and_every_link_leads_somewhere(page: Page) -> None:
+    assert set(SECTIONS) | {"failures"} <= set(page.ids)
+    assert len(page.ids) == len(set(page.ids))
+    assert {link.removeprefix("#") for link in page.references} <= set(page.ids)
+
+
+def test_nothing_is_loaded_from_outside(page_file: Path, page: Page) -> None:
+    text = re.sub(r'"data:[^"]*"', "", page_file.read_text("utf-8"))
+    assert all(picture.startswith("data:image/webp;base64,") for picture in page.pictures)
+    assert not re.search(r"https?:|//[a-z]|@import|<script|<link", text)
+
+
+def test_every_case_has_its_pictures(page: Page) -> None:
+    # six cases: white and true map; a variant: camera, pattern, pixels, depth, map; the adaptive one a mask
+    fixed, adaptive, shared = 5, 6, 2
+    assert len(page.pictures) == 6 * shared + 5 * fixed + 6 * adaptive
+    for picture in page.pictures:
+        assert decoded(picture).size > 0
+
+
+def test_headings_carry_units(page: Page) -> None:
+    for heading in ("Coverage, %", "Depth RMS, mm", "Axis angle, deg", "False calls, count", "scan, s"):
+        assert heading in page.words
+
+
+def test_failures_are_listed_and_escaped(page: Page) -> None:
+    assert "1 of 12 results are missing" in page.words
+    assert "ValueError: <no light> reached the camera" in page.words
+    assert "A made-up run, for <tests> & looks" in page.words
+
+
+def test_the_verdict_counts_what_the_records_say(tmp_path: Path) -> None:
+    run = load_run(made_up_run(tmp_path / "run", pictures=False))
+    (sentence,) = summary.verdict(run.records, ["fixed", "adaptive"])
+    fixed, adaptive = (np.mean([0.41, 0.55, 0.97]) - 0.005, np.mean([0.93, 0.91, 0.975]) - 0.005)
+    assert sentence == (
+        f"adaptive measures {100 * adaptive:.1f} % of the measurable pixels, "
+        f"{100 * (adaptive - fixed):.1f} points more than fixed, and is ahead in 6 of 6 cases; "
+        "it finds 6 of 6 burrs (fixed: 4), with 0 false calls a case (fixed: 0.33)."
+    )
+    (alone,) = summary.verdict(run.records, ["fixed"])
+    assert "finds 4 of 6 burrs in 6 cases" in alone
+
+
+def test_a_failed_case_counts_its_burrs_as_missed(tmp_path: Path) -> None:
+    records = load_run(made_up_run(tmp_path / "run", fail=True, pictures=False)).records
+    there = summary.true_burrs(records)
+    assert summary.burrs_found(summary.of_variant(records, "fixed"), there) == (4, 6)
+    assert "(fixed: 4)" in summary.verdict(records, ["fixed", "adaptive"])[0]
+
+
+def test_a_run_without_pictures_or_end_still_has_a_page(tmp_path: Path) -> None:
+    page = Page(build_report(made_up_run(tmp_path / "run", pictures=False, stop_after=2)).read_text("utf-8"))
+    assert "8 of 12 results are still to come" in page.words
+    assert "No pictures were kept" in page.words
+    empty = Page(build_report(made_up_run(tmp_path / "empty", stop_after=0)).read_text("utf-8"))
+    assert "No case has ended yet" in empty.words
+
+
+def test_a_damaged_picture_file_is_left_out(tmp_path: Path) -> None:
+    run = made_up_run(tmp_path / "run", stop_after=1)
+    (run / "cases" / "finish=polished,seed=0" / "fixed.npz").write_bytes(b"PK\x03\x04 torn")
+    page = Page(build_report(run).read_text("utf-8"))
+    assert len(page.pictures) == 2 + 6
+
+
+def test_no_run_no_page(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not a run directory"):
+        build_report(tmp_path)
+
+
+def test_the_hardest_cases_are_shown_in_the_order_of_the_run() -> None:
+    def records(coverage: float) -> list[Record]:
+        return [Record("c", "v", {}, "", "", {"coverage": coverage})]
+
+    by_case = {"a": records(0.9), "b": records(0.2), "c": records(0.95), "d": records(0.4)}
+    assert hardest(by_case, 2) == ["b", "d"]
+    assert hardest(by_case, 9) == ["a", "b", "c", "d"]
+
+
+def test_burr_tables_tell_missed_from_failed(tmp_path: Path) -> None:
+    records = load_run(made_up_run(tmp_path / "run", fail=True, pictures=False)).records
+    verdicts = [burr_tables(records[i : i + 2])[0].rows[0].cells[0].text for i in (0, 2, 4)]
+    assert verdicts == ["failed", "✗ missed", "✓ found"]
+
+
+def test_a_signed_map_is_white_at_zero_blue_below_red_above_and_clear_where_unknown() -> None:
+    values = np.array([[-2.0, -1.0, 0.0, 1.0, 2.0, np.nan]])
+    pixels = decoded(pictures.signed_map(values, 1.0))[0]
+    rgb = pixels[:, 2::-1].astype(int)
+    assert pixels[:, 3].tolist() == [255] * 5 + [0]
+    assert tuple(rgb[2]) == pictures.BLUE_WHITE_RED[2]
+    assert tuple(rgb[0]) == tuple(rgb[1]) == pictures.BLUE_WHITE_RED[0]
+    assert tuple(rgb[3]) == tuple(rgb[4]) == pictures.BLUE_WHITE_RED[-1]
+
+
+def test_axes_put_values_where_their_ticks_are() -> None:
+    axes = Axes((0.0, 10.0), (-1.0, 1.0), "x, mm", "y, mm")
+    assert axes.px(0.0) < axes.px(5.0) < axes.px(10.0)
+    assert axes.py(1.0) < axes.py(-1.0)
+    assert axes.px(5.0) == pytest.approx((axes.px(0.0) + axes.px(10.0)) / 2)
+    assert ticks(-0.31, 0.52) == pytest.approx([-0.2, 0.0, 0.2, 0.4])
+    assert [round_up(value) for value in (0.011, 0.2, 3.0, 70.0)] == pytest.approx([0.02, 0.2, 5.0, 100.0])
+
+
+def test_a_curve_lifts_the_pen_at_gaps_and_keeps_its_corners() -> None:
+    axes = Axes((0.0, 10.0), (0.0, 10.0), "", "")
+    straight = np.column_stack([np.linspace(0, 4, 500), np.linspace(0, 4, 500)])
+    corner = np.array([[5.0, 0.0], [6.0, 5.0], [7.0, 0.0]])
+    path = axes.line(np.vstack([straight, [[np.nan, np.nan]], corner]), "curve")
+    assert path.count("M") == 2
+    assert path.count("L") == 1 + 2
+
+
+def test_the_generatrix_error_is_the_distance_along_the_normal_outwards() -> None:
+    true = np.array([[-10.0, 0.0], [-10.0, 50.0], [10.0, 60.0], [10.0, 0.0]])
+    normal = np.array([-10.0, 20.0]) / np.hypot(10.0, 20.0)
+    found = np.array([[0.0, 55.0] + 0.02 * normal, [np.nan, np.nan], [0.0, 55.0] - 0.01 * normal])
+    assert charts.error_um(found, true) == pytest.approx([20.0, np.nan, -10.0], abs=1e-3, nan_ok=True)
+
+
+def test_an_angle_is_drawn_in_the_turn_that_the_map_shows() -> None:
+    assert charts.turned_into((-171.0, -169.0), (120.0, 250.0)) == (189.0, 191.0)
+    assert charts.turned_into((350.0, 352.0), (-60.0, 60.0)) == (-10.0, -8.0)
+
+
+@pytest.mark.parametrize("width", [1400, 500])
+def test_a_browser_shows_the_page_without_sideways_scrolling(
+    page_file: Path, tmp_path: Path, width: int
+) -> None:
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if not browser:
+        pytest.skip("no chromium on this machine")
+    probe = tmp_path / "probe.html"
+    text = page_file.read_text("utf-8")
+    measure = (
+        "<script>document.title = 'overflow=' + (document.documentElement.scrollWidth - innerWidth)</script>"
+    )
+    probe.write_text(text.replace("</body>", measure + "</body>"), "utf-8")
+    run = subprocess.run(  # noqa: S603
+        [
+            browser, "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run",
+            "--disable-background-networking", "--disable-component-update", "--disable-sync",
+            f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},900", "--dump-dom",
+            probe.as_uri(),
+        ],
+        capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    overflow = re.search(r"<title>overflow=(-?\d+)</title>", run.stdout)
+    assert overflow
+    assert int(overflow[1]) <= 0
