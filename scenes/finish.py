@@ -1,0 +1,206 @@
+"""Surface finishes: measured metals, isotropic or turned, oxide and dust, and a matte white coating.
+
+Optical constants (wavelength in nm, n, k), tabulated at refractiveindex.info (public domain) from
+
+- aluminium: A. D. Rakić, Appl. Opt. 34, 4755 (1995), evaporated film;
+- steel: B. Karlsson and C. G. Ribbing, J. Appl. Phys. 53, 6340 (1982), austenitic stainless;
+- brass: M. R. Querry, Contractor Report CRDC-CR-85034 (1985), 70 % Cu, 30 % Zn;
+- chrome: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056 (1974).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from burrscan.arrays import Floats
+from burrscan.documents import STRICT
+from burrscan.errors import InputError
+from burrscan.variants import suggest
+
+Metal = Literal["aluminium", "steel", "brass", "chrome"]
+Channels = Literal["mono", "rgb"]
+Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+_MONO_NM = (550.0,)
+# near the dominant wavelengths of the sRGB primaries
+_RGB_NM = (611.0, 549.0, 464.0)
+_CONSTANTS = {
+    "aluminium": (
+        (442.80, 0.60790, 5.3676),
+        (476.87, 0.72780, 5.7781),
+        (516.60, 0.87340, 6.2418),
+        (563.57, 1.0728, 6.7839),
+        (619.93, 1.3660, 7.4052),
+        (652.25, 1.5724, 7.7354),
+    ),
+    "steel": (
+        (440.0, 1.6386, 3.0555),
+        (460.0, 1.7169, 3.1785),
+        (480.0, 1.7921, 3.2933),
+        (500.0, 1.8636, 3.4010),
+        (520.0, 1.9349, 3.5072),
+        (540.0, 2.0072, 3.6166),
+        (560.0, 2.0807, 3.7298),
+        (580.0, 2.1557, 3.8451),
+        (600.0, 2.2325, 3.9594),
+        (620.0, 2.3122, 4.0504),
+        (640.0, 2.3962, 4.1378),
+    ),
+    "brass": (
+        (440.0, 1.191, 1.797),
+        (460.0, 0.994, 1.883),
+        (480.0, 0.816, 2.046),
+        (500.0, 0.686, 2.250),
+        (520.0, 0.602, 2.464),
+        (540.0, 0.549, 2.668),
+        (550.0, 0.527, 2.765),
+        (560.0, 0.505, 2.860),
+        (580.0, 0.468, 3.059),
+        (600.0, 0.450, 3.253),
+        (620.0, 0.449, 3.434),
+        (640.0, 0.444, 3.609),
+    ),
+    "chrome": (
+        (431.0, 2.19, 3.04),
+        (451.0, 2.33, 3.14),
+        (471.0, 2.51, 3.24),
+        (496.0, 2.75, 3.30),
+        (521.0, 2.94, 3.33),
+        (549.0, 3.18, 3.33),
+        (582.0, 3.22, 3.30),
+        (617.0, 3.17, 3.30),
+        (659.0, 3.09, 3.34),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class FinishSpec:
+    """How a surface reflects.
+
+    Parameters
+    ----------
+    texture
+        ``isotropic``, ``turned`` or ``matte`` (a white diffuse coating, on which nothing else has a say but
+        ``coating_reflectance``).
+    metal
+        Whose optical constants.
+    alpha
+        GGX roughness (Walter et al. 2007) of an isotropic finish: sqrt(2) times the rms slope of the surface.
+    alpha_along, alpha_across
+        Roughness of a turned finish along its grooves, that is along the circumference, and across them. The
+        slopes of a groove of feed f by a tool of nose radius R are uniform within ±f / (2 R): a medium cut of
+        f = 0.4 mm, R = 0.8 mm has rms 0.14, alpha 0.20, and chip marks add to it. Ward (1992, table 1) fitted
+        0.04 to 0.13 along and 0.09 to 0.16 across rolled and lightly brushed metal, finer than a lathe's.
+    diffuse_share
+        Share of the surface covered by oxide or dust, which is diffuse.
+    diffuse_reflectance
+        Of the oxide or dust.
+    coating_reflectance
+        Of the matte coating.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    texture: Literal["isotropic", "turned", "matte"] = "isotropic"
+    metal: Metal = "aluminium"
+    alpha: Alpha = 0.2
+    alpha_along: Alpha = 0.08
+    alpha_across: Alpha = 0.3
+    diffuse_share: Share = 0.0
+    diffuse_reflectance: Share = 0.4
+    coating_reflectance: Share = 0.8
+
+
+FINISHES = {
+    "polished": FinishSpec(alpha=0.08),
+    "ground": FinishSpec(alpha=0.2),
+    "blasted": FinishSpec(alpha=0.45),
+    "turned": FinishSpec(texture="turned"),
+    "oxidised": FinishSpec(alpha=0.2, diffuse_share=0.3),
+    "matte": FinishSpec(texture="matte"),
+}
+
+
+def named_finish(name: str, *, metal: Metal = "aluminium") -> FinishSpec:
+    """A finish of the catalogue, on a metal.
+
+    Raises
+    ------
+    InputError
+        With the nearest name, when there is none of this name.
+
+    """
+    if name not in FINISHES:
+        raise InputError(f"unknown finish '{name}': {suggest(name, list(FINISHES))}")
+    return replace(FINISHES[name], metal=metal)
+
+
+def optical_constants(metal: Metal, wavelengths_nm: tuple[float, ...]) -> tuple[Floats, Floats]:
+    """Index n and extinction k of a metal, interpolated linearly between the measured wavelengths."""
+    wavelength, n, k = np.array(_CONSTANTS[metal]).T
+    return np.interp(wavelengths_nm, wavelength, n), np.interp(wavelengths_nm, wavelength, k)
+
+
+def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
+    """The Mitsuba plugin dictionary of a finish, two-sided.
+
+    A turned finish needs a mesh whose dp/du runs along the circumference, as :class:`scenes.wheel.Wheel` has.
+
+    Parameters
+    ----------
+    finish
+        What it is.
+    channels
+        ``mono`` for one channel at 550 nm, ``rgb`` for three.
+
+    """
+    if finish.texture == "matte":
+        return _two_sided(_diffuse(finish.coating_reflectance))
+    metal = _conductor(finish, channels)
+    if finish.diffuse_share == 0.0:
+        return _two_sided(metal)
+    covered = {
+        "type": "blendbsdf",
+        "weight": finish.diffuse_share,
+        "bsdf_0": metal,
+        "bsdf_1": _diffuse(finish.diffuse_reflectance),
+    }
+    return _two_sided(covered)
+
+
+def _two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "twosided", "bsdf": bsdf}
+
+
+def _diffuse(reflectance: float) -> dict[str, Any]:
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [reflectance] * 3}}
+
+
+def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
+    n, k = optical_constants(finish.metal, _MONO_NM if channels == "mono" else _RGB_NM)
+    alpha_u, alpha_v = (
+        (finish.alpha_along, finish.alpha_across)
+        if finish.texture == "turned"
+        else (finish.alpha, finish.alpha)
+    )
+    return {
+        "type": "roughconductor",
+        "distribution": "ggx",
+        "alpha_u": alpha_u,
+        "alpha_v": alpha_v,
+        "eta": _spectrum(n),
+        "k": _spectrum(k),
+    }
+
+
+def _spectrum(values: Floats) -> dict[str, Any]:
+    if len(values) == 1:
+        return {"type": "spectrum", "value": float(values[0])}
+    return {"type": "rgb", "value": [float(value) for value in values]}
