@@ -140,8 +140,10 @@ def shares(rows: Sequence[tuple[str, Mapping[str, float]]], x_title: str) -> Mar
         if finite:
             parts.append(_bar(px(min(finite.values())), px(max(finite.values())), y))
         parts += [
-            Markup('<circle class="dot {}" cx="{:.1f}" cy="{:.1f}" r="6"/>').format(css, px(value), y)
-            for css, value in finite.items()
+            Markup('<circle class="dot {}" cx="{:.1f}" cy="{:.1f}" r="6"/>').format(
+                css, px(value), y + 4 * place
+            )
+            for place, (css, value) in enumerate(finite.items())
         ]
     parts.append(_words((left + right) / 2, height - 8.0, x_title, "title x"))
     return Markup(
