@@ -99,7 +99,7 @@ def stock_light(
     uv = np.where((direct > 0.0)[..., None], optics.rig.correspond(hits.points_mm), np.nan)
     slopes = np.gradient(uv[..., 0])
     return StockLight(
-        ambient=stock_ambient(mi, mesh, optics, samples=samples, bounces=bounces, seed=seed),
+        ambient=stock_ambient(mi, mesh, optics, samples=samples, bounces=max(bounces - 1, 1), seed=seed),
         u_px=uv[..., 0].astype(np.float32),
         v_px=uv[..., 1].astype(np.float32),
         spread_px=(np.hypot(*slopes) / np.sqrt(12.0)).astype(np.float32),

@@ -17,7 +17,7 @@ from burrscan.documents import STRICT, build, read_toml
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
-from scenes.finish import FinishSpec, load_finish
+from scenes.finish import FinishSpec, named_finish
 from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
 from scenes.wheel import BurrSpec, WheelSpec, load_wheel
@@ -73,7 +73,7 @@ class SceneSpec:
     burr
         The burrs on it; those that the wheel comes with by default.
     finish
-        A name of the catalogue, or a table of its own.
+        A name of the catalogue, or a table of its own; a table with a ``name`` overrides a part of that finish.
     pose, rig, camera, projector, light, render
         See the tables' own classes.
     name, description
@@ -137,9 +137,17 @@ def scene_from(document: Mapping[str, Any], *, source: str) -> SceneSpec:
     tables = dict(document)
     if isinstance(tables.get("wheel"), str):
         tables["wheel"] = load_wheel(tables["wheel"])
-    if isinstance(tables.get("finish"), str):
-        tables["finish"] = load_finish(tables["finish"])
+    tables["finish"] = _finish_tables(tables.get("finish", {}))
     return build(SceneSpec, tables, source=source)
+
+
+def _finish_tables(finish: Any) -> Any:  # noqa: ANN401 (what a document holds)
+    """A finish by name, or a table that may start from a name and override some of it."""
+    if isinstance(finish, str):
+        return named_finish(finish)
+    if isinstance(finish, Mapping) and isinstance(finish.get("name"), str):
+        return dataclasses.asdict(named_finish(finish["name"])) | {k: v for k, v in finish.items() if k != "name"}
+    return finish
 
 
 def load_scene(name_or_path: str) -> SceneSpec:
@@ -156,7 +164,9 @@ def load_scene(name_or_path: str) -> SceneSpec:
 
 def content_hash(*parts: Any) -> str:  # noqa: ANN401 (dataclasses and plain values)
     """A short hash of what dataclasses and plain values say; equal content gives equal hashes."""
-    plain = [dataclasses.asdict(p) if dataclasses.is_dataclass(p) and not isinstance(p, type) else p for p in parts]
+    plain = [
+        dataclasses.asdict(p) if dataclasses.is_dataclass(p) and not isinstance(p, type) else p for p in parts
+    ]
     text = json.dumps(plain, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -58,7 +58,8 @@ class LightTransport:
     direct, indirect
         Light that met the surface once, and more often.
     ambient
-        (h, w) light under a uniform surround of radiance 1 (of the white diffuser).
+        (h, w) light under a uniform surround of radiance 1 (of the white diffuser), by paths that meet one
+        surface fewer than the projector's.
     u_px, v_px
         (h, w) the projector coordinate of each camera pixel, weighted by the direct light of its samples; NaN
         where no direct light arrives.
@@ -113,7 +114,6 @@ class LightTransport:
     def white_indirect(self) -> Floats32:
         """Interreflected light of each camera pixel, (h, w), under full white."""
         return self.indirect.row_sums().reshape(self.camera_shape)
-
 
 
 @nb.njit(cache=True, parallel=True)

@@ -74,7 +74,10 @@ def projected_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any, act
     towards = origin - si.p
     distance = dr.norm(towards)
     towards /= distance
-    x, y = (pupil.x + (q.x - pupil.x) * (focus / q.z)) / focus, (pupil.y + (q.y - pupil.y) * (focus / q.z)) / focus
+    x, y = (
+        (pupil.x + (q.x - pupil.x) * (focus / q.z)) / focus,
+        (pupil.y + (q.y - pupil.y) * (focus / q.z)) / focus,
+    )
     x, y = _distort(view, x, y)
     u, v = x * view.fx + view.cx, y * view.fy + view.cy
     inside = (u > -0.5) & (u < view.width - 0.5) & (v > -0.5) & (v < view.height - 0.5) & (q.z > 0.0)

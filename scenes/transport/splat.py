@@ -109,9 +109,7 @@ def _count(u, v, w, offsets, shape, fill, blur, chunk):  # type: ignore[no-untyp
         room = _room(offsets, first, last)
         box, columns, values = np.empty(_BOX_AREA), np.empty(room, np.int32), np.empty(room)
         for p in range(first, last):
-            counts[p] = _gather(
-                u, v, w, offsets[p], offsets[p + 1], shape, fill, blur, box, columns, values
-            )
+            counts[p] = _gather(u, v, w, offsets[p], offsets[p + 1], shape, fill, blur, box, columns, values)
     return counts
 
 

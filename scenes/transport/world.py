@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from burrscan.arrays import Floats
-from scenes.wheel.wheel import Wheel
+from scenes.wheel import Wheel
 
 
 def wheel_mesh(mi: Any, wheel: Wheel, T_camera_part: Floats, bsdf: dict[str, Any]) -> Any:  # noqa: ANN401

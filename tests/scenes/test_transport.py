@@ -1,0 +1,278 @@
+"""The traced transport against stock Mitsuba and against plain numpy."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.ndimage import binary_erosion
+
+from burrscan.arrays import Floats, Floats32
+from burrscan.errors import InputError
+from burrscan.rig import View
+from scenes.pose import PoseSpec
+from scenes.renderer import activate
+from scenes.rig import RigSpec
+from scenes.transport.footprint import sample_sets
+from scenes.transport.hits import centre_hits
+from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.optics import Optics
+from scenes.transport.profile import PixelProfile
+from scenes.transport.splat import group_by_pixel, splat
+from scenes.transport.stock import stock_ambient, stock_image
+from scenes.transport.store import stored
+from scenes.transport.trace import trace
+from scenes.transport.world import wheel_mesh
+from scenes.wheel import Wheel, build_wheel, load_wheel
+
+FINISHES = {"ground": {"alpha": 0.2}, "turned": {"alpha_u": 0.1, "alpha_v": 0.35}}
+
+
+@pytest.fixture(scope="module")
+def mi() -> Any:
+    module = activate()
+    if module.variant().startswith("scalar"):
+        pytest.skip("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
+    return module
+
+
+@pytest.fixture(scope="module")
+def wheel() -> Wheel:
+    return build_wheel(load_wheel("grooved_pulley"), facet_error_mm=0.02)
+
+
+def pose(spec: RigSpec) -> Floats:
+    return PoseSpec(elevation_deg=12.0, roll_deg=20.0).T_camera_part(
+        standoff_mm=spec.standoff_mm, middle_z_mm=0.0
+    )
+
+
+def bsdf(finish: str) -> dict[str, Any]:
+    conductor = {"type": "roughconductor", "distribution": "ggx", "eta": 1.5, "k": 7.0, **FINISHES[finish]}
+    return {"type": "twosided", "conductor": conductor}
+
+
+def uneven(spec: RigSpec) -> Optics:
+    """A rig with no symmetry to hide behind: shifted principal points, a rolled projector."""
+    rig = spec.rig()
+    camera = replace(rig.camera, cx=rig.camera.cx + 4.3, cy=rig.camera.cy - 2.8)
+    projector = replace(rig.projector, cx=rig.projector.cx - 3.4, cy=rig.projector.cy + 5.25)
+    return Optics(replace(rig, camera=camera, projector=projector), spec.standoff_mm)
+
+
+def test_sample_sets_are_centred_and_uniform() -> None:
+    sets = sample_sets(sets=512, samples=16, seed=3)
+    assert np.abs(sets.mean(axis=1) - 0.5).max() < 1e-6
+    for axis in range(2):
+        assert stats.kstest(sets[:, 0, axis], "uniform").pvalue > 1e-3
+    with pytest.raises(InputError, match="power of two"):
+        sample_sets(sets=1, samples=12, seed=0)
+
+
+@pytest.mark.parametrize("profile", [PixelProfile(), PixelProfile(fill=0.8, blur_px=0.5)])
+def test_splat_equals_a_dense_matrix(profile: PixelProfile) -> None:
+    rng = np.random.default_rng(0)
+    shape, pixels = (9, 11), 40
+    offsets = np.concatenate([[0], np.cumsum(rng.integers(0, 30, pixels))])
+    u = rng.uniform(-1.0, 11.0, offsets[-1]).astype(np.float32)
+    v = rng.uniform(-1.0, 9.0, offsets[-1]).astype(np.float32)
+    w = (rng.random(offsets[-1]) * (rng.random(offsets[-1]) > 0.3)).astype(np.float32)
+    starts, columns, values = splat(u, v, w, offsets, shape=shape, profile=profile)
+    got = np.zeros((pixels, *shape))
+    for pixel in range(pixels):
+        row = slice(starts[pixel], starts[pixel + 1])
+        assert len(np.unique(columns[row])) == len(columns[row])
+        got[pixel].flat[columns[row]] = values[row]
+    fine = np.linspace(-0.5, 0.5, 20001) * profile.blur_px
+
+    def light(x: float, n: int) -> Floats:
+        near = np.abs(x + fine[None, :] - np.arange(n)[:, None]) <= 0.5 * profile.fill
+        return np.asarray(near.mean(axis=1) / profile.fill)
+
+    want = np.zeros_like(got)
+    for pixel in range(pixels):
+        for s in range(offsets[pixel], offsets[pixel + 1]):
+            want[pixel] += w[s] * np.outer(light(v[s], shape[0]), light(u[s], shape[1]))
+    assert np.abs(got - want).max() < 2e-3
+
+
+def test_grouping_keeps_every_sample() -> None:
+    rng = np.random.default_rng(1)
+    parts = []
+    for n in (50, 70):
+        pixel = np.sort(rng.integers(0, 20, n)).astype(np.int32)
+        parts.append((pixel, *(rng.random(n).astype(np.float32) for _ in range(3))))
+    _, _, w, offsets = group_by_pixel(parts, 20)
+    sums = np.add.reduceat(np.append(w, 0.0), offsets[:-1]) * (np.diff(offsets) > 0)
+    want = sum(np.bincount(p[0], weights=p[3], minlength=20) for p in parts)
+    assert sums == pytest.approx(want, rel=1e-5)
+
+
+def test_relighting_is_the_matrix_product() -> None:
+    rng = np.random.default_rng(2)
+    dense = rng.random((12, 20)) * (rng.random((12, 20)) > 0.6)
+    rows = SparseRows(
+        np.concatenate([[0], np.cumsum((dense > 0).sum(axis=1))]),
+        np.nonzero(dense)[1].astype(np.int32),
+        dense[dense > 0].astype(np.float32),
+    )
+    empty = SparseRows(np.zeros(13, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
+    image = np.zeros((3, 4), np.float32)
+    transport = LightTransport((3, 4), (4, 5), rows, empty, image, image, image, image)
+    light = rng.random((7, 4, 5)).astype(np.float32)
+    assert transport.relight(light).reshape(7, 12) == pytest.approx(light.reshape(7, 20) @ dense.T, rel=1e-5)
+    columns = np.broadcast_to(light[:, :1], light.shape)
+    assert transport.relight(columns) == pytest.approx(transport.relight(columns.copy()), rel=1e-6)
+
+
+def patterns(view: View) -> Floats32:
+    """White, a sine of 16 pixels, random blocks, one Gray-code-like stripe pattern."""
+    rng = np.random.default_rng(4)
+    column, row = np.arange(view.width), np.arange(view.height)
+    sine = 0.5 + 0.5 * np.sin(2.0 * np.pi * column / 16.0)
+    blocks = rng.random((view.height // 4 + 1, view.width // 4 + 1))[row[:, None] // 4, column // 4]
+    stripes = (column // 8 + row[:, None] // 16) % 2
+    return np.stack(
+        [np.ones(view.shape), np.broadcast_to(sine, view.shape), blocks, stripes.astype(float)]
+    ).astype(np.float32)
+
+
+@pytest.mark.parametrize("finish", sorted(FINISHES))
+def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
+    """Every block of every pattern, z-tested with Bonferroni's correction at 99.9 % in all."""
+    spec = RigSpec(scale=0.1875)
+    optics = uneven(spec)
+    mesh = wheel_mesh(mi, wheel, pose(spec), bsdf(finish))
+    scene = mi.load_dict({"type": "scene", "wheel": mesh})
+    light = patterns(optics.rig.projector)
+    runs = 24
+    ours = np.stack([trace(mi, scene, optics, samples=4, seed=i).relight(light) for i in range(runs)])
+    stock = np.stack(
+        [
+            [
+                stock_image(mi, mesh, optics, frame, samples=8, seed=1000 * k + i)
+                for k, frame in enumerate(light)
+            ]
+            for i in range(runs)
+        ]
+    )
+    a, b = _blocks(ours), _blocks(stock)
+    variance = a.var(axis=0, ddof=1) / runs + b.var(axis=0, ddof=1) / runs
+    lit = b.mean(axis=0) > 1e-4
+    t = (a.mean(axis=0) - b.mean(axis=0))[lit] / np.sqrt(variance[lit])
+    limit = stats.t.isf(0.0005 / t.size, runs - 1)  # the fewest degrees of freedom that Welch's test can have
+    assert lit.sum() > 100
+    assert np.abs(t).max() < limit
+    assert ours[:, 0].mean() == pytest.approx(stock[:, 0].mean(), rel=0.005)
+
+
+def _blocks(images: Floats32) -> Floats:
+    runs, frames, h, w = images.shape
+    size = 16
+    cut = images[:, :, : h // size * size, : w // size * size].astype(float)
+    return np.asarray(cut.reshape(runs, frames, h // size, size, w // size, size).mean(axis=(3, 5)))
+
+
+def test_a_shifted_projector_is_noticed(mi: Any, wheel: Wheel) -> None:
+    """The z-test above has teeth: half a projector pixel of shift breaks it."""
+    spec = RigSpec(scale=0.1875)
+    optics = uneven(spec)
+    shifted = replace(
+        optics,
+        rig=replace(optics.rig, projector=replace(optics.rig.projector, cx=optics.rig.projector.cx + 0.5)),
+    )
+    scene = mi.load_dict({"type": "scene", "wheel": wheel_mesh(mi, wheel, pose(spec), bsdf("ground"))})
+    light = patterns(optics.rig.projector)[1:2]
+    runs = 6
+    a, b = (
+        _blocks(np.stack([trace(mi, scene, o, samples=16, seed=i).relight(light) for i in range(runs)]))
+        for o in (optics, shifted)
+    )
+    variance = (a.var(axis=0, ddof=1) + b.var(axis=0, ddof=1)) / runs
+    lit = b.mean(axis=0) > 1e-3
+    assert np.abs((a - b).mean(axis=0)[lit] / np.sqrt(variance[lit])).max() > 20.0
+
+
+def test_same_seed_same_bits(mi: Any, wheel: Wheel) -> None:
+    spec = RigSpec(scale=0.125)
+    optics = uneven(spec)
+    scene = mi.load_dict({"type": "scene", "wheel": wheel_mesh(mi, wheel, pose(spec), bsdf("ground"))})
+    one, two = (trace(mi, scene, optics, seed=5) for _ in range(2))
+    assert np.array_equal(one.direct.values, two.direct.values)
+    assert np.array_equal(one.indirect.values, two.indirect.values)
+
+
+def test_footprint_noise_is_a_hundredth_of_a_pixel(mi: Any) -> None:
+    """What 16 samples leave of noise in the response-weighted coordinate, against 512 samples."""
+    wheel = build_wheel(load_wheel("cylinder"), (), facet_error_mm=0.005)
+    spec = RigSpec(scale=0.25)
+    optics = uneven(spec)
+    scene = mi.load_dict({"type": "scene", "wheel": wheel_mesh(mi, wheel, pose(spec), bsdf("ground"))})
+    few = trace(mi, scene, optics, samples=16, bounces=1, seed=1)
+    many = trace(mi, scene, optics, samples=512, bounces=1, seed=2)
+    whole = (many.spread_px < 0.5) & (few.spread_px < 0.5)
+    inner = binary_erosion(
+        whole, np.ones((3, 3))
+    )  # creases and silhouettes cut footprints: no one place there
+    error = np.abs(few.u_px - many.u_px)
+    assert inner.sum() > 5000
+    assert np.median(error[inner]) < 0.001
+    assert np.sqrt(np.mean(error[inner] ** 2)) < 0.01
+
+
+def test_distorted_rays_meet_their_pixels(mi: Any, wheel: Wheel) -> None:
+    """With distortion and 2 samples the mean projector coordinate is where View says it is."""
+    spec = RigSpec(scale=0.25)
+    rig = spec.rig()
+    bent = (-0.12, 0.3, 1e-3, -2e-3, 0.1)
+    optics = Optics(
+        replace(
+            rig,
+            camera=replace(rig.camera, distortion=bent),
+            projector=replace(rig.projector, distortion=bent),
+        ),
+        spec.standoff_mm,
+    )
+    scene = mi.load_dict({"type": "scene", "wheel": wheel_mesh(mi, wheel, pose(spec), bsdf("ground"))})
+    traced = trace(mi, scene, optics, samples=64, bounces=1)
+    hits = centre_hits(mi, scene, optics)
+    expected = optics.rig.correspond(hits.points_mm)
+    flat = traced.spread_px < 0.4
+    error = np.stack([traced.u_px, traced.v_px], axis=-1)[flat] - expected[flat]
+    assert flat.sum() > 3000
+    assert np.nanmedian(np.abs(error)) < 0.01
+
+
+def test_ambient_agrees_with_stock(mi: Any, wheel: Wheel) -> None:
+    spec = RigSpec(scale=0.125)
+    optics = uneven(spec)
+    mesh = wheel_mesh(mi, wheel, pose(spec), bsdf("ground"))
+    scene = mi.load_dict({"type": "scene", "wheel": mesh})
+    ours = trace(mi, scene, optics, samples=256).ambient.mean()
+    assert ours == pytest.approx(stock_ambient(mi, mesh, optics, samples=256, bounces=2).mean(), rel=0.01)
+
+
+def test_stored_transport_is_the_same_and_a_damaged_one_is_made_again(tmp_path: Any) -> None:
+    rows = SparseRows(np.array([0, 1]), np.array([3], np.int32), np.array([0.5], np.float32))
+    image = np.zeros((1, 1), np.float32)
+    made: list[int] = []
+
+    def make() -> LightTransport:
+        made.append(1)
+        return LightTransport((1, 1), (2, 2), rows, rows, image, image, image, image)
+
+    first = stored(tmp_path, "key", make)
+    again = stored(tmp_path, "key", make)
+    assert len(made) == 1
+    assert np.array_equal(first.direct.values, again.direct.values)
+    next(tmp_path.iterdir()).write_bytes(b"broken")
+    stored(tmp_path, "key", make)
+    assert len(made) == 2
+
+
+def test_stock_refuses_what_it_cannot_render(mi: Any) -> None:
+    spec = RigSpec()
+    optics = Optics(spec.rig(), 600.0, profile=PixelProfile(fill=0.9))
+    with pytest.raises(InputError, match="pixel gap"):
+        stock_image(mi, None, optics, np.ones(optics.rig.projector.shape, np.float32))
