@@ -1,0 +1,161 @@
+"""From vertices that belong to a burr to everything that is said of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.field import Field
+from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, heights_along
+from burrscan.inspection import Axis, Burr, Value
+
+_ELONGATED = 1.3
+"""Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
+_STRETCH_MM = 5.0
+"""Least length over which a height is stated."""
+_LEAST_SIGNIFICANCE = 4.0
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where a burr is.
+
+    Parameters
+    ----------
+    chosen
+        (M,) vertices of the field around it.
+    on
+        (M,) True for those that belong to it.
+    sign
+        +1 for material too much, -1 for material missing.
+    significance
+        The detection statistic over its noise.
+    inflation
+        How much the noise of a mean of many vertices exceeds what independent noise would give.
+
+    """
+
+    chosen: Ints
+    on: Bools
+    sign: int
+    significance: float
+    inflation: float = 1.0
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A burr's own frame on the unrolled surface: origin and direction along it, as (around, along)."""
+
+    angle: float
+    along_mm: float
+    direction: Floats
+
+
+def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) -> Burr | None:
+    """Measure a burr; None where no ridge rises out of the noise. O(vertices chosen)."""
+    lift = site.sign * field.deviation_mm[site.chosen]
+    weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
+    if not weight.any():
+        return None
+    frame, x, y = _framed(field, site, weight)
+    a, b = frame.direction
+    sigma = field.sigma_mm[site.chosen] * site.inflation
+    patch = Patch(x * a + y * b, y * a - x * b, lift, sigma)
+    span = (float(patch.u_mm[site.on].min()), float(patch.u_mm[site.on].max()))
+    ridge = fit_ridge(patch, spacing_mm=field.spacing_mm, start=span)
+    if ridge is None or ridge.height_mm < _LEAST_SIGNIFICANCE * ridge.noise_mm:
+        return None
+    return _burr(field, site, patch, ridge, frame, axis, limit_mm)
+
+
+def _framed(field: Field, site: Site, weight: Floats) -> tuple[_Frame, Floats, Floats]:
+    """The frame, and the vertices' places (around, along) in mm from its origin."""
+    angle = field.angle[site.chosen]
+    middle = float(np.angle((weight * np.exp(1j * angle)).sum()))
+    x = np.angle(np.exp(1j * (angle - middle))) * field.foot[site.chosen, 1]
+    along = field.along_mm[site.chosen]
+    origin = float((weight * along).sum() / weight.sum())
+    y = along - origin
+    return _Frame(middle, origin, _direction(x, y, weight)), x, y
+
+
+def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
+    """Unit vector (around, along) of the region's longer side; along the curve where it has none."""
+    xx, yy, xy = (float((weight * product).sum() / weight.sum()) for product in (x * x, y * y, x * y))
+    mean, half = (xx + yy) / 2.0, np.hypot((xx - yy) / 2.0, xy)
+    if mean + half < _ELONGATED**2 * (mean - half):
+        return np.array([0.0, 1.0])
+    turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    direction = np.array([np.cos(turn), np.sin(turn)])
+    return direction if direction[1] > 1e-9 or direction[0] > 0.0 else -direction
+
+
+def _burr(
+    field: Field, site: Site, patch: Patch, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None
+) -> Burr:
+    side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
+    height = Value(*heights_along(patch, ridge, least_mm=max(_STRETCH_MM, 6.0 * field.spacing_mm)))
+    end_sigma = 0.4 * field.spacing_mm
+    length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
+    area = _area(ridge)
+    volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
+    angle, vertex = _middle(field, site, patch, ridge, frame)
+    z_low, z_high = _reach_z(field, site, patch, ridge)
+    return Burr(
+        side=side,
+        angle_deg=Value(float(np.degrees(angle.value)), float(np.degrees(angle.sigma))),
+        z_start_mm=Value(z_low, end_sigma),
+        z_end_mm=Value(z_high, end_sigma),
+        height_mm=height,
+        width_mm=Value(ridge.width_mm, ridge.sigma_of([0, 0, 0, 1, 1])),
+        length_mm=length,
+        area_mm2=area,
+        volume_mm3=Value(area.value * length.value, volume_sigma),
+        T_mesh_burr=_pose(field, vertex, frame.direction, angle.value, axis),
+        significance=site.significance,
+        within_limit=None if limit_mm is None else height.value <= limit_mm,
+    )
+
+
+def _area(ridge: Ridge) -> Value:
+    """Cross-section area."""
+    h, w, full = ridge.height_mm, ridge.width_mm, ridge.fullness
+    return Value(full * h * w, full * ridge.sigma_of([w, 0, 0, h, h]))
+
+
+def _middle(field: Field, site: Site, patch: Patch, ridge: Ridge, frame: _Frame) -> tuple[Value, int]:
+    """Angle (radians) of the middle of the burr's base, and the vertex nearest to it."""
+    u = 0.5 * (ridge.start_mm + ridge.end_mm)
+    v = ridge.centre_mm + ridge.slope * u + 0.5 * (ridge.right_mm - ridge.left_mm)
+    vertex = int(site.chosen[np.argmin((patch.u_mm - u) ** 2 + (patch.v_mm - v) ** 2)])
+    radius = max(float(field.foot[vertex, 1]), 1e-9)
+    a, b = frame.direction
+    angle = float(np.angle(np.exp(1j * (frame.angle + (u * a - v * b) / radius))))
+    across = ridge.sigma_of([0, 1, u, -0.5, 0.5])
+    return Value(angle, float(np.hypot(across * b, 0.3 * field.spacing_mm * a)) / radius), vertex
+
+
+def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge) -> tuple[float, float]:
+    """Least and greatest axial position under the burr."""
+    on = (ridge.shape(patch) > 0.0) & (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
+    z = field.foot[site.chosen[on], 0] if on.any() else field.foot[site.chosen, 0]
+    return float(z.min()), float(z.max())
+
+
+def _pose(field: Field, vertex: int, direction: Floats, angle: float, axis: Axis) -> Floats:
+    """T_mesh_burr: origin on the generatrix surface under the burr, x along it, z outwards."""
+    (z, r), (nz, nr) = field.foot[vertex], field.normal[vertex]
+    outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+    around = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    normal = nr * outward + nz * up
+    along = direction[0] * around + direction[1] * (nr * up - nz * outward)
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1], pose[:3, 2] = along, np.cross(normal, along), normal
+    pose[:3, 3] = r * outward + z * up
+    result: Floats = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction)) @ pose
+    return result

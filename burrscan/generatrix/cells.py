@@ -1,0 +1,267 @@
+"""The (z, r) plane cut into cells: where the data lie, how thick they are, over how much of the arc.
+
+Everything here is computed from all vertices, so that their order does not matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.generatrix.profile import Profile
+
+ARC_BINS = 64
+"""Angular bins of a coverage mask, over the arc that the data span."""
+_ANOMALY = 0.05
+"""Burrs and nicks are looked for within this share of the largest radius."""
+_TAIL = 0.25
+"""A cell with less data than this share of a neighbour's is the tail of the noise."""
+_LEAST_COVERAGE = 0.12
+"""Share of the arc, relative to the best covered cell, that a surface of revolution must cover."""
+_ROWS = 8.0
+"""Vertex spacings that a cell must span to show the thickness of the data."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What resolution the data allow.
+
+    Parameters
+    ----------
+    low_mm, high_mm
+        (2,) corners of the (z, r) box that holds all but the outliers.
+    noise_mm
+        Thickness (one sigma) of the data along the normal of the curve.
+    spacing_mm
+        Distance between neighbouring vertices on the surface.
+    arc
+        (start, extent) of the angular range with data, radians.
+
+    """
+
+    low_mm: Floats
+    high_mm: Floats
+    noise_mm: float
+    spacing_mm: float
+    arc: tuple[float, float]
+
+    @property
+    def cell_mm(self) -> float:
+        """Side of a cell: two vertices wide, and wide enough that the band of noise fits in."""
+        return max(self._finest_mm, 6.0 * self.noise_mm)
+
+    @property
+    def node_mm(self) -> float:
+        """Spacing of the curve's nodes.
+
+        At least five sigma: over a spacing d, a tilt of the curve turns noise into a slope of 12 (sigma/d)² times
+        the tilt, so that nodes closer than 3.5 sigma would weave through the noise.
+        """
+        return self.cell_mm / 1.2
+
+    @property
+    def _finest_mm(self) -> float:
+        return min(2.0 * self.spacing_mm, float(np.hypot(*(self.high_mm - self.low_mm))) / 100.0)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Occupied cells of a regular grid in the (z, r) plane.
+
+    Parameters
+    ----------
+    centre_mm
+        (N, 2) mean (z, r) of the data in each.
+    count
+        (N,) how many data each holds.
+    mask
+        (N,) the angular bins of the arc in which it holds data, one bit each.
+    index
+        (rows, columns) cell number at each place of the grid, -1 where empty.
+    place
+        (N, 2) place of each cell in the grid.
+
+    """
+
+    centre_mm: Floats
+    count: Floats
+    mask: Ints
+    index: Ints32
+    place: Ints
+
+    @property
+    def coverage(self) -> Floats:
+        """(N,) share of the arc over which each holds data, 0 to 1."""
+        return np.bitwise_count(self.mask) / ARC_BINS
+
+
+def arc_of(angle: Floats) -> tuple[float, float]:
+    """Start and extent (radians) of the shortest arc that holds all angles, to half a degree. O(V)."""
+    bins = 720
+    width = 2.0 * np.pi / bins
+    place = np.floor((angle[np.isfinite(angle)] + np.pi) / width).astype(np.int64) % bins
+    used = np.flatnonzero(np.bincount(place, minlength=bins))
+    gaps = np.diff(used, append=used[0] + bins)
+    widest = int(np.argmax(gaps))
+    start = used[(widest + 1) % len(used)]
+    return float(start * width - np.pi), float((bins - gaps[widest] + 1) * width)
+
+
+def scale_of(profile: Profile) -> Scale:
+    """Measure the extent, the noise and the spacing of the data. O(V)."""
+    low, high = np.array([_limits(profile.z_mm), _limits(profile.r_mm)]).T
+    diagonal = float(np.hypot(*(high - low)))
+    low, high = low - 0.02 * diagonal - 1e-12, high + 0.02 * diagonal + 1e-12
+    arc = arc_of(profile.angle)
+    side = diagonal / 48.0
+    area = (
+        _thickness(profile.z_mm, profile.r_mm, low, high, side)[1] * side * 0.5 * (low[1] + high[1]) * arc[1]
+    )
+    spacing = float(np.sqrt(area / len(profile.r_mm)))
+    # Rows of a regular scan are lines in the (z, r) plane: a cell must hold several to show their thickness.
+    side = max(side, _ROWS * spacing)
+    for _ in range(5):
+        noise, _cells = _thickness(profile.z_mm, profile.r_mm, low, high, side)
+        if noise < 0.1 * side:
+            break
+        side *= 2.0
+    return Scale(low, high, noise, spacing, arc)
+
+
+def _limits(values: Floats) -> tuple[float, float]:
+    """Least and largest value, but for two in a thousand at each end."""
+    known = values[np.isfinite(values)]
+    cut = len(known) // 500
+    parts = np.partition(known, [cut, len(known) - 1 - cut])
+    return float(parts[cut]), float(parts[-1 - cut])
+
+
+def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[float, int]:
+    """Median over cells of the smaller standard deviation of their points; and the number of cells."""
+    size = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
+    moments = _moments(z, r, low, size, side)
+    count, a, b, zz, rr, zr = moments[moments[:, 0] >= max(8.0, 0.1 * moments[:, 0].mean())].T
+    if not len(count):
+        return 0.0, 1
+    zz, rr, zr = zz / count - (a / count) ** 2, rr / count - (b / count) ** 2, zr / count - a * b / count**2
+    least = (zz + rr) / 2.0 - np.sqrt(((zz - rr) / 2.0) ** 2 + zr**2)
+    return float(np.sqrt(max(np.median(least), 0.0))), len(count)
+
+
+@njit(cache=True, nogil=True)
+def _moments(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> Floats:
+    sums = np.zeros((size[0] * size[1], 6))
+    for i in range(len(z)):
+        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
+        if not (0.0 <= u < size[0] and 0.0 <= v < size[1]):
+            continue
+        cell = sums[int(u) * size[1] + int(v)]
+        a, b = u - int(u) - 0.5, v - int(v) - 0.5
+        cell[0] += 1.0
+        cell[1] += a * side
+        cell[2] += b * side
+        cell[3] += a * a * side * side
+        cell[4] += b * b * side * side
+        cell[5] += a * b * side * side
+    return sums[sums[:, 0] > 0.0]
+
+
+def cells_of(profile: Profile, scale: Scale, *, side_mm: float) -> Cells:
+    """Sort the data into cells. O(V)."""
+    size = np.maximum(np.ceil((scale.high_mm - scale.low_mm) / side_mm).astype(np.int64), 1)
+    index, sums, mask, place = _accumulate(
+        profile.z_mm, profile.r_mm, profile.angle, scale.low_mm, size, side_mm, scale.arc
+    )
+    return Cells(sums[:, :2] / sums[:, 2:], sums[:, 2], mask, index, place)
+
+
+def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
+    """Only the cells that belong to the surface of revolution. O(cells)."""
+    reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
+    keep = _ridge(cells.place, cells.index, cells.count)
+    keep &= _covered(cells.place, cells.index, cells.coverage, cells.mask, reach)
+    number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
+    index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
+    return Cells(cells.centre_mm[keep], cells.count[keep], cells.mask[keep], index, cells.place[keep])
+
+
+@njit(cache=True, nogil=True)
+def arc_bit(angle: float, arc: tuple[float, float]) -> int:
+    """The bit of a coverage mask that stands for an angle."""
+    turn = ((angle - arc[0]) % (2.0 * np.pi)) / arc[1]
+    return np.uint64(1) << np.uint64(min(int(turn * ARC_BINS), ARC_BINS - 1))
+
+
+@njit(cache=True, nogil=True)
+def _accumulate(
+    z: Floats, r: Floats, angle: Floats, low: Floats, size: Ints, side: float, arc: tuple[float, float]
+) -> tuple[Ints32, Floats, Ints, Ints]:
+    index = np.full((size[0], size[1]), -1, np.int32)
+    most = min(size[0] * size[1], len(z))
+    sums, masks = np.zeros((most, 3)), np.zeros(most, np.uint64)
+    place = np.empty((most, 2), np.int64)
+    count = 0
+    for i in range(len(z)):
+        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
+        if not (0.0 <= u < size[0] and 0.0 <= v < size[1]):
+            continue
+        row, column = int(u), int(v)
+        cell = index[row, column]
+        if cell < 0:
+            cell, count = count, count + 1
+            index[row, column] = cell
+            place[cell, 0], place[cell, 1] = row, column
+        sums[cell, 0] += z[i]
+        sums[cell, 1] += r[i]
+        sums[cell, 2] += 1.0
+        masks[cell] |= arc_bit(angle[i], arc)
+    return index, sums[:count], masks[:count], place[:count]
+
+
+@njit(cache=True, nogil=True)
+def _ridge(place: Ints, index: Ints32, count: Floats) -> Bools:
+    """Cells on the ridge of the density of the data, not in the tails of its noise."""
+    keep = np.ones(len(place), np.bool_)
+    for i in range(len(place)):
+        for row in range(max(place[i, 0] - 1, 0), min(place[i, 0] + 2, index.shape[0])):
+            for column in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, index.shape[1])):
+                j = index[row, column]
+                if j >= 0 and count[i] < _TAIL * count[j]:
+                    keep[i] = False
+    return keep
+
+
+@njit(cache=True, nogil=True)
+def _bits(mask: int) -> int:
+    count = 0
+    rest = np.uint64(mask)
+    while rest:
+        rest &= rest - np.uint64(1)
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int) -> Bools:
+    """Cells whose data go round.
+
+    A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below it
+    is hidden: its mask and that of a stronger cell nearby exclude each other.
+    """
+    keep = np.zeros(len(place), np.bool_)
+    most = coverage.max() if len(coverage) else 0.0
+    for i in range(len(place)):
+        keep[i] = coverage[i] >= _LEAST_COVERAGE * most
+        if not keep[i] or coverage[i] > 0.5 * most:
+            continue
+        for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):
+            for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
+                j = index[row, column]
+                if j < 0 or coverage[j] < 1.5 * coverage[i]:
+                    continue
+                if _bits(masks[i] & masks[j]) <= 0.2 * coverage[i] * ARC_BINS:
+                    keep[i] = False
+    return keep

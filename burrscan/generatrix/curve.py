@@ -1,0 +1,146 @@
+"""The generatrix as a curve in the (z, r) plane: flat faces, steps, undercuts, cylinders and bores alike."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints32
+from burrscan.axis.basis import T_part_mesh
+from burrscan.errors import InputError
+from burrscan.generatrix.cells import Cells, cells_of, scale_of, trusted
+from burrscan.generatrix.creases import sharpened
+from burrscan.generatrix.ends import extended, trimmed
+from burrscan.generatrix.outside import oriented
+from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
+from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
+from burrscan.generatrix.refine import Step, step
+from burrscan.generatrix.spread import band_mm
+from burrscan.generatrix.spread import sigma_mm as spread_sigma_mm
+from burrscan.generatrix.tracing import trace
+from burrscan.inspection import Axis, Generatrix
+
+_MEDIAN_STEPS = 5
+_TUKEY_STEPS = 2
+_SUBCELLS = 4
+"""Small cells per cell, which stand for the data in the first steps."""
+REACH = 0.05
+"""Deviations are looked for within this share of the largest radius."""
+
+
+def fit_generatrix(
+    vertices_mm: Floats, faces: Ints32, axis: Axis, *, sigma_mm: Floats | float | None = None
+) -> Generatrix:
+    """Fit the curve that, turned about ``axis``, makes the part.
+
+    The (z, r) half-plane is cut into cells; those that hold data over a good share of the arc are walked along
+    into ordered pieces, whose nodes then move along their normals to the robust least-squares curve. Creases
+    are put where the two sides meet.
+
+    Parameters
+    ----------
+    vertices_mm, faces
+        (V, 3) and (T, 3) mesh; a cloud of vertices has no faces. NaN vertices are ignored.
+    axis
+        The axis of revolution.
+    sigma_mm
+        Stated standard deviation of the vertices, if any: a lower bound for what the data themselves show.
+
+    Returns
+    -------
+    Generatrix
+        Its pieces run so that the material lies to the right of their direction in the (z, r) plane, as the
+        winding of the faces tells; for clouds, so that most of it looks away from the axis.
+
+    Raises
+    ------
+    InputError
+        When the data do not gather along any curve about this axis.
+
+    Notes
+    -----
+    O(V + T). The band thickness is the test of the seed paper, section 5.2.
+
+    """
+    profile = profile_of(vertices_mm, axis)
+    scale = scale_of(profile)
+    side = scale.cell_mm
+    data = along_long_edges(profile, faces, step_mm=1.5 * side)
+    pieces = trace(trusted(cells_of(data, scale, side_mm=side), scale, side_mm=side), side_mm=side)
+    if not pieces:
+        raise InputError(
+            "no generatrix: the data do not gather along a curve about this axis; is the part a surface of "
+            "revolution, and was its axis found?"
+        )
+    rough = _rough(pieces, cells_of(data, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
+    transform = T_part_mesh(axis.point_mm, axis.direction)
+    turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
+    return _exact(join(turned), data, side, scale.arc, _stated(sigma_mm))
+
+
+def _stated(sigma_mm: Floats | float | None) -> float:
+    return 0.0 if sigma_mm is None else float(np.nanmedian(sigma_mm))
+
+
+def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> list[Floats]:
+    """From chains of cells to curves near the data: evenly spaced nodes, ends trimmed, creases sharp.
+
+    Small cells stand for the data in them.
+    """
+    line = join([extended(resampled(piece, step_mm=spacing), by_mm=side) for piece in pieces])
+    start = np.full(len(line.nodes_mm), side / _SUBCELLS)
+    for i in range(_MEDIAN_STEPS):
+        if i < _MEDIAN_STEPS - 1:
+            line = smoothed(line)
+        line = step(line, _cell_feet(line, cells, side), scale_mm=start, count=cells.count).line
+    kept = trimmed(line, _cell_feet(line, cells, side), cells.mask)
+    return [sharpened(piece) for piece in kept if len(piece) > 2]
+
+
+def _cell_feet(line: Polyline, cells: Cells, side: float) -> Foot:
+    z, r = np.ascontiguousarray(cells.centre_mm.T)
+    near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=1.5 * side)
+    return feet(z, r, line, near, overshoot_mm=0.5 * side)
+
+
+def _exact(
+    line: Polyline, data: Profile, side: float, arc: tuple[float, float], stated_mm: float
+) -> Generatrix:
+    """The Tukey steps over all data, and what the curve then says of itself."""
+    reach = max(4.0 * side, REACH * float(line.nodes_mm[:, 1].max()))
+    near = candidates(data.z_mm, data.r_mm, line, side_mm=side / 3.0, slack_mm=0.1 * side, reach_mm=reach)
+    foot = feet(data.z_mm, data.r_mm, line, near, overshoot_mm=0.5 * side)
+    known = np.abs(foot.distance_mm[foot.valid])
+    start = 1.5 * float(np.median(known[known < side])) if len(known) else side
+    fit = Step(
+        line, np.ones(len(line.nodes_mm)), np.full(len(line.nodes_mm), max(start, stated_mm, 1e-9 * side))
+    )
+    for _ in range(_TUKEY_STEPS):
+        fit = step(fit.line, foot, scale_mm=np.maximum(fit.scale_mm, 0.5 * stated_mm))
+        foot = feet(data.z_mm, data.r_mm, fit.line, near, overshoot_mm=0.5 * side)
+    sigma = spread_sigma_mm(fit, foot, data.angle, arc, stated_mm)
+    return _described(fit.line, sigma, band_mm(fit.line, foot))
+
+
+def _described(line: Polyline, sigma: Floats, band: Floats) -> Generatrix:
+    """The public type, NaN between pieces."""
+    gaps = np.flatnonzero(np.diff(line.starts) > 1)
+    at = line.starts[gaps] + 2
+    columns = [line.nodes_mm[:, 0], line.nodes_mm[:, 1], sigma, band]
+    return Generatrix(*(np.insert(column, at, np.nan) for column in columns))
+
+
+def resampled(points: Floats, *, step_mm: float) -> Floats:
+    """A (K, 2) polyline smoothed once (1 2 1) and cut into steps of about ``step_mm``. O(K)."""
+    smooth = points.copy()
+    smooth[1:-1] = 0.25 * points[:-2] + 0.5 * points[1:-1] + 0.25 * points[2:]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(smooth, axis=0), axis=1))])
+    wanted = np.linspace(0.0, along[-1], max(int(round(along[-1] / step_mm)), 2) + 1)
+    return np.stack([np.interp(wanted, along, smooth[:, i]) for i in range(2)], axis=1)
+
+
+def smoothed(line: Polyline) -> Polyline:
+    """Every node drawn half-way to the middle of its neighbours, ends of pieces kept. O(K)."""
+    inner = line.starts[1:][np.diff(line.starts) == 1]
+    nodes = line.nodes_mm.copy()
+    nodes[inner] = 0.25 * line.nodes_mm[inner - 1] + 0.5 * nodes[inner] + 0.25 * line.nodes_mm[inner + 1]
+    return Polyline(nodes, line.starts)

@@ -1,0 +1,44 @@
+"""How far each vertex is from the ideal surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, polyline_of
+from burrscan.generatrix.profile import Profile, profile_of
+from burrscan.inspection import Axis, Generatrix
+
+
+def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Floats:
+    """Signed distance of each vertex from the surface of revolution, outwards positive.
+
+    Parameters
+    ----------
+    vertices_mm
+        (V, 3) in the frame of ``axis``.
+    axis, generatrix
+        The ideal surface; the generatrix has its material on the right of its direction.
+
+    Returns
+    -------
+    Floats
+        (V,) distance along the normal of the nearest place on the curve; NaN for NaN vertices, beyond an open
+        end of the curve, and further from it than a tenth of its largest radius.
+
+    Notes
+    -----
+    O(V): a grid in the (z, r) plane knows which segments can be nearest.
+
+    """
+    line = polyline_of(generatrix)
+    return feet_of(profile_of(vertices_mm, axis), line).distance_mm
+
+
+def feet_of(profile: Profile, line: Polyline) -> Foot:
+    """The nearest places on a finished generatrix. O(V)."""
+    side = float(np.median(line.lengths_mm))
+    reach = max(4.0 * side, 0.1 * float(line.nodes_mm[:, 1].max()))
+    near = candidates(profile.z_mm, profile.r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
+    foot = feet(profile.z_mm, profile.r_mm, line, near, overshoot_mm=side)
+    return foot

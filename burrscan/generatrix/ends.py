@@ -1,0 +1,64 @@
+"""Where a piece of the curve ends: as far as the data reach over a good share of their arc."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.generatrix.polyline import Foot, Polyline
+
+_LEAST = 0.35
+"""Share of its neighbours' angular coverage that an end segment must have."""
+
+
+def extended(piece: Floats, *, by_mm: float) -> Floats:
+    """Lengthen both open ends of a (K, 2) piece along its tangents."""
+    if np.array_equal(piece[0], piece[-1]):
+        return piece
+    ahead, behind = piece[-1] - piece[-3], piece[0] - piece[2]
+    ahead, behind = (by_mm * v / np.linalg.norm(v) for v in (ahead, behind))
+    count = max(1, round(by_mm / float(np.linalg.norm(piece[1] - piece[0]))))
+    steps = np.arange(1, count + 1)[:, None] / count
+    return np.concatenate([(piece[0] + steps * behind)[::-1], piece, piece[-1] + steps * ahead])
+
+
+def trimmed(line: Polyline, foot: Foot, mask: Ints) -> list[Floats]:
+    """The pieces of a line, cut back to the segments that cells with coverage ``mask`` cover. O(cells + K)."""
+    masks = np.zeros(len(line.starts), dtype=np.uint64)
+    np.bitwise_or.at(masks, foot.segment[foot.valid], mask[foot.valid])
+    coverage = np.bitwise_count(masks).astype(np.float64)
+    far = _far_ends(foot.segment, foot.t, len(line.starts))
+    pieces = []
+    for segments in np.split(np.arange(len(line.starts)), np.flatnonzero(np.diff(line.starts) > 1) + 1):
+        first, last = _covered(coverage[segments])
+        if last < first:
+            continue
+        nodes = line.nodes_mm[line.starts[segments[first]] : line.starts[segments[last]] + 2].copy()
+        if not np.array_equal(nodes[0], nodes[-1]):
+            nodes[0] += far[segments[first], 0] * (nodes[1] - nodes[0])
+            nodes[-1] += (1.0 - far[segments[last], 1]) * (nodes[-2] - nodes[-1])
+        pieces.append(nodes)
+    return pieces
+
+
+def _covered(coverage: Floats) -> tuple[int, int]:
+    """First and last segment that have their share of the coverage of the ten next to them inwards."""
+    first, last = 0, len(coverage) - 1
+    while first <= last and coverage[first] <= _LEAST * coverage[first : first + 10].max():
+        first += 1
+    while last >= first and coverage[last] <= _LEAST * coverage[max(last - 9, 0) : last + 1].max():
+        last -= 1
+    return first, last
+
+
+@njit(cache=True, nogil=True)
+def _far_ends(segment: Ints32, t: Floats, count: int) -> Floats:
+    """Least and largest place of the data on each segment, at most 0.9 of it cut off."""
+    far = np.empty((count, 2))
+    far[:, 0], far[:, 1] = 0.9, 0.1
+    for i in range(len(segment)):
+        k = segment[i]
+        if k >= 0:
+            far[k, 0], far[k, 1] = min(far[k, 0], t[i]), max(far[k, 1], t[i])
+    return far

@@ -1,0 +1,295 @@
+"""A curve in the (z, r) plane as a polyline of several pieces, and the nearest place on it.
+
+The material lies to the right of the curve's direction: the outward normal is the tangent turned to the left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Bools, Floats, Ints, Ints32, freeze
+from burrscan.inspection import Generatrix
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Nodes and segments.
+
+    Parameters
+    ----------
+    nodes_mm
+        (K, 2) points (z, r), piece after piece.
+    starts
+        (M,) the first node of each segment; it ends at the node after that.
+
+    """
+
+    nodes_mm: Floats
+    starts: Ints
+
+    def __post_init__(self) -> None:
+        freeze(self, nodes_mm=self.nodes_mm, starts=self.starts)
+
+    @property
+    def steps_mm(self) -> Floats:
+        """(M, 2) from each segment's start to its end."""
+        steps: Floats = self.nodes_mm[self.starts + 1] - self.nodes_mm[self.starts]
+        return steps
+
+    @property
+    def lengths_mm(self) -> Floats:
+        """(M,) length of each segment."""
+        return np.hypot(*self.steps_mm.T)
+
+    @property
+    def along_mm(self) -> Floats:
+        """(M,) arc length, over all pieces without the gaps, at which each segment starts."""
+        return np.concatenate([[0.0], np.cumsum(self.lengths_mm)[:-1]])
+
+    @property
+    def normals(self) -> Floats:
+        """(M, 2) unit normals (z, r), outwards."""
+        steps = self.steps_mm
+        return np.stack([-steps[:, 1], steps[:, 0]], axis=1) / self.lengths_mm[:, None]
+
+
+def join(pieces: list[Floats]) -> Polyline:
+    """One polyline of several (K, 2) pieces."""
+    last = np.cumsum([len(piece) for piece in pieces])
+    starts = np.setdiff1d(np.arange(last[-1]), last - 1)
+    return Polyline(np.concatenate(pieces), starts)
+
+
+def polyline_of(generatrix: Generatrix) -> Polyline:
+    """The polyline of a generatrix, whose NaN pairs separate its pieces; nodes keep their numbers less those."""
+    points = np.stack([generatrix.z_mm, generatrix.r_mm], axis=1)
+    gap = ~np.isfinite(points).all(axis=1)
+    pieces = [
+        piece[np.isfinite(piece).all(axis=1)] for piece in np.split(points, np.flatnonzero(gap)) if len(piece)
+    ]
+    return join([piece for piece in pieces if len(piece) > 1])
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """For each occupied cell of a grid in the (z, r) plane, the segments that can be nearest to its points.
+
+    Parameters
+    ----------
+    low_mm, side_mm
+        Corner of the grid and side of a cell.
+    index
+        (rows, columns) number of each cell, -1 where no data lie.
+    first, segments
+        Cell i has ``segments[first[i]:first[i + 1]]``; none where the curve is beyond reach.
+
+    """
+
+    low_mm: Floats
+    side_mm: float
+    index: Ints32
+    first: Ints
+    segments: Ints32
+
+
+_MOST_CELLS = 512
+
+
+def candidates(
+    z: Floats, r: Floats, line: Polyline, *, side_mm: float, slack_mm: float, reach_mm: float
+) -> Candidates:
+    """Prepare the search for the nearest segment.
+
+    Parameters
+    ----------
+    z, r
+        (V,) the points that will ask.
+    line
+        The curve.
+    side_mm
+        Wanted cell side; larger where the reach would need more than 512 cells a side.
+    slack_mm
+        How far nodes may move before the lists must be made anew.
+    reach_mm
+        Cells further than this from the curve get no segments.
+
+    Notes
+    -----
+    O(V + occupied cells × segments). Exact: a cell keeps every segment whose distance from its centre is within
+    the nearest one's plus the cell's diagonal.
+
+    """
+    low = line.nodes_mm.min(axis=0) - reach_mm
+    high = line.nodes_mm.max(axis=0) + reach_mm
+    side = max(side_mm, float((high - low).max()) / _MOST_CELLS)
+    size = np.ceil((high - low) / side).astype(np.int64)
+    index, place = _occupied(z, r, low, size, side)
+    centres = low + (place + 0.5) * side
+    first, segments = _lists(centres, line.nodes_mm, line.starts, side, slack_mm, reach_mm)
+    return Candidates(low, side, index, first, segments)
+
+
+@njit(cache=True, nogil=True)
+def _occupied(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> tuple[Ints32, Ints]:
+    index = np.full((size[0], size[1]), -1, np.int32)
+    place = np.empty((min(size[0] * size[1], len(z)), 2), np.int64)
+    count = 0
+    for i in range(len(z)):
+        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
+        if 0.0 <= u < size[0] and 0.0 <= v < size[1] and index[int(u), int(v)] < 0:
+            index[int(u), int(v)] = count
+            place[count, 0], place[count, 1] = int(u), int(v)
+            count += 1
+    return index, place[:count]
+
+
+@njit(cache=True, nogil=True)
+def _lists(
+    centres: Floats, nodes: Floats, starts: Ints, side: float, slack: float, reach: float
+) -> tuple[Ints, Ints32]:
+    first = np.zeros(len(centres) + 1, np.int64)
+    segments = np.empty(8 * len(centres) + len(starts), np.int32)
+    distance = np.empty(len(starts))
+    margin = 1.4143 * side + 2.0 * slack
+    count = 0
+    for i in range(len(centres)):
+        least = np.inf
+        for k in range(len(starts)):
+            distance[k] = _place_on(nodes, starts[k], centres[i, 0], centres[i, 1])[1]
+            least = min(least, distance[k])
+        if least <= reach + side:
+            if count + len(starts) > len(segments):
+                segments = np.concatenate((segments, np.empty(len(segments) + len(starts), np.int32)))
+            for k in range(len(starts)):
+                if distance[k] <= least + margin:
+                    segments[count] = k
+                    count += 1
+        first[i + 1] = count
+    return first, segments[:count]
+
+
+@njit(cache=True, nogil=True)
+def _place_on(nodes: Floats, start: int, z: float, r: float) -> tuple[float, float]:
+    """Where on a segment (0 to 1) a point is nearest to it, and how far."""
+    a, b = nodes[start, 0], nodes[start, 1]
+    dz, dr = nodes[start + 1, 0] - a, nodes[start + 1, 1] - b
+    t = ((z - a) * dz + (r - b) * dr) / (dz * dz + dr * dr)
+    t = min(max(t, 0.0), 1.0)
+    return t, np.sqrt((z - a - t * dz) ** 2 + (r - b - t * dr) ** 2)
+
+
+@dataclass(frozen=True)
+class Foot:
+    """The nearest place on the curve of each point.
+
+    Parameters
+    ----------
+    segment
+        (V,) its segment, -1 beyond reach or beyond an open end.
+    t
+        (V,) place along the segment, 0 to 1.
+    distance_mm
+        (V,) signed normal distance, outwards positive; NaN where the segment is -1.
+
+    """
+
+    segment: Ints32
+    t: Floats
+    distance_mm: Floats
+
+    @property
+    def valid(self) -> Bools:
+        """(V,) True where there is a foot."""
+        found: Bools = self.segment >= 0
+        return found
+
+
+def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm: float) -> Foot:
+    """Nearest places; points that lie more than ``overshoot_mm`` beyond an open end have none. O(V)."""
+    return Foot(
+        *_feet(
+            z,
+            r,
+            line.nodes_mm,
+            line.starts,
+            *_open_ends(line),
+            near.low_mm,
+            near.side_mm,
+            near.index,
+            near.first,
+            near.segments,
+            overshoot_mm,
+        )
+    )
+
+
+def _open_ends(line: Polyline) -> tuple[Bools, Bools]:
+    """Segments that begin, and segments that end, where their piece has an open end."""
+    follows = np.zeros(len(line.starts), dtype=np.bool_)
+    follows[1:] = np.diff(line.starts) == 1
+    begins, ends = ~follows, ~np.append(follows[1:], False)
+    for i, j in zip(np.flatnonzero(begins), np.flatnonzero(ends), strict=True):
+        if np.array_equal(line.nodes_mm[line.starts[i]], line.nodes_mm[line.starts[j] + 1]):
+            begins[i] = ends[j] = False
+    return begins, ends
+
+
+@njit(cache=True, nogil=True)
+def _feet(
+    z: Floats,
+    r: Floats,
+    nodes: Floats,
+    starts: Ints,
+    begins: Bools,
+    ends: Bools,
+    low: Floats,
+    side: float,
+    index: Ints32,
+    first: Ints,
+    segments: Ints32,
+    overshoot: float,
+) -> tuple[Ints32, Floats, Floats]:
+    segment = np.full(len(z), -1, np.int32)
+    place, signed = np.zeros(len(z)), np.full(len(z), np.nan)
+    size = len(starts)
+    a, b, dz, dr, inverse = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    for k in range(size):
+        a[k], b[k] = nodes[starts[k], 0], nodes[starts[k], 1]
+        dz[k], dr[k] = nodes[starts[k] + 1, 0] - a[k], nodes[starts[k] + 1, 1] - b[k]
+        inverse[k] = 1.0 / (dz[k] * dz[k] + dr[k] * dr[k])
+    for i in range(len(z)):
+        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
+        if not (0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]):
+            continue
+        cell = index[int(u), int(v)]
+        if cell < 0:
+            continue
+        best, least, facing = -1, np.inf, 0.0
+        for j in range(first[cell], first[cell + 1]):
+            k = segments[j]
+            x, y = z[i] - a[k], r[i] - b[k]
+            t = min(max((x * dz[k] + y * dr[k]) * inverse[k], 0.0), 1.0)
+            square = (x - t * dz[k]) ** 2 + (y - t * dr[k]) ** 2
+            if square > least * (1.0 + 1e-12):
+                continue
+            # At a corner two segments are equally near: the one that sees the point more squarely gives the
+            # sign.
+            depth = (y * dz[k] - x * dr[k]) ** 2 * inverse[k]
+            if square < least * (1.0 - 1e-12) or depth > facing:
+                best, least, facing = k, square, depth
+        if best < 0:
+            continue
+        x, y = z[i] - a[best], r[i] - b[best]
+        length = 1.0 / np.sqrt(inverse[best])
+        t = (x * dz[best] + y * dr[best]) * inverse[best]
+        if (begins[best] and -t * length > overshoot) or (ends[best] and (t - 1.0) * length > overshoot):
+            continue
+        segment[i] = best
+        place[i] = min(max(t, 0.0), 1.0)
+        open_end = (begins[best] and t < 0.0) or (ends[best] and t > 1.0)
+        depth = (y * dz[best] - x * dr[best]) / length
+        signed[i] = depth if open_end else np.copysign(np.sqrt(least), depth)
+    return segment, place, signed

@@ -1,0 +1,236 @@
+"""The whole path, stage by stage, each stage a variant: scan, surface, axis, generatrix, burrs."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.face import FEWEST, checked_mesh
+from burrscan.correspondence import Scan
+from burrscan.documents import STRICT
+from burrscan.errors import InputError
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Inspection
+from burrscan.scanner import Scanner
+from burrscan.surface import Surface
+from burrscan.variants import check_parameters, resolve
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of the pipeline.
+
+    Parameters
+    ----------
+    method
+        A short name, or ``"module:function"`` of anyone's package.
+    parameters
+        Keyword parameters of that function.
+
+    """
+
+    method: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    __pydantic_config__ = STRICT
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """Which variant does what; in TOML ``axis = {method = "seed", parameters = {planes = 20}}``."""
+
+    scan: Stage = field(default_factory=lambda: Stage("adaptive"))
+    axis: Stage = field(default_factory=lambda: Stage("profile"))
+    generatrix: Stage = field(default_factory=lambda: Stage("curve"))
+    burrs: Stage = field(default_factory=lambda: Stage("residual"))
+
+    __pydantic_config__ = STRICT
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of the whole path gives.
+
+    Parameters
+    ----------
+    scan, surface
+        What was measured.
+    inspection
+        What was found on it; its timings cover every stage, scan and surface included.
+
+    """
+
+    scan: Scan
+    surface: Surface
+    inspection: Inspection
+
+
+def stage_function(stage: Stage, kind: str) -> Callable[..., Any]:
+    """The function of a stage with its parameters bound.
+
+    Parameters
+    ----------
+    stage
+        The variant.
+    kind
+        ``"scan"``, ``"axis"``, ``"generatrix"`` or ``"burrs"``: the package whose short names apply.
+
+    Raises
+    ------
+    InputError
+        For an unknown method or parameter.
+
+    """
+    methods = importlib.import_module(f"burrscan.{kind}").METHODS
+    function = resolve(stage.method, methods, stage=f"{kind} method")
+    check_parameters(function, stage.parameters, stage=f"{kind} method '{stage.method}'")
+    return functools.partial(function, **stage.parameters)
+
+
+def check(pipeline: Pipeline) -> None:
+    """Refuse a pipeline with an unknown method or parameter, before anything runs.
+
+    Raises
+    ------
+    InputError
+        For the first such stage.
+
+    """
+    for kind in ("scan", "axis", "generatrix", "burrs"):
+        stage_function(getattr(pipeline, kind), kind)
+
+
+def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
+    """Scan, mesh and inspect.
+
+    Parameters
+    ----------
+    scanner
+        The instrument.
+    pipeline
+        Which variant does what.
+
+    Raises
+    ------
+    InputError
+        For an unknown variant, or a scan that holds no measurable surface of revolution.
+
+    """
+    from burrscan.meshing import surface as surface_of  # noqa: PLC0415 (numba kernels a mesh user never needs)
+
+    check(pipeline)
+    timings: dict[str, float] = {}
+    scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
+    surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig)
+    inspection = inspect_surface(
+        surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm
+    )
+    return Outcome(scan, surface, replace(inspection, timings_s={**timings, **inspection.timings_s}))
+
+
+def inspect_surface(
+    vertices_mm: Floats, faces: Ints32, pipeline: Pipeline, *, sigma_mm: Floats | float | None = None
+) -> Inspection:
+    """Find axis, generatrix and burrs on a mesh.
+
+    Parameters
+    ----------
+    vertices_mm, faces
+        (V, 3) and (T, 3) mesh; vertices that are NaN are set aside, with the faces that use them. A cloud has
+        no faces.
+    pipeline
+        Its axis, generatrix and burrs stages.
+    sigma_mm
+        Stated standard deviation of the vertices, one or (V,).
+
+    Raises
+    ------
+    InputError
+        For an unknown variant, or a mesh that is no surface of revolution.
+
+    Notes
+    -----
+    O(V + T).
+
+    """
+    vertices, used, sigma, known = _usable(vertices_mm, faces, sigma_mm)
+    timings: dict[str, float] = {}
+    axis = _timed(timings, "axis", stage_function(pipeline.axis, "axis"), vertices, used, sigma_mm=sigma)
+    generatrix = _timed(
+        timings,
+        "generatrix",
+        stage_function(pipeline.generatrix, "generatrix"),
+        vertices,
+        used,
+        axis,
+        sigma_mm=sigma,
+    )
+    burrs = _timed(
+        timings,
+        "burrs",
+        stage_function(pipeline.burrs, "burrs"),
+        vertices,
+        used,
+        axis,
+        generatrix,
+        sigma_mm=sigma,
+    )
+    start = time.perf_counter()
+    deviation = np.full(len(vertices_mm), np.nan)
+    deviation[known] = deviation_mm(vertices, axis, generatrix)
+    timings["deviation"] = time.perf_counter() - start
+    return Inspection(
+        axis=axis,
+        generatrix=generatrix,
+        burrs=burrs,
+        T_part_mesh=T_part_mesh(axis.point_mm, axis.direction),
+        deviation_mm=deviation,
+        timings_s=timings,
+    )
+
+
+def _usable(
+    vertices_mm: Floats, faces: Ints32, sigma_mm: Floats | float | None
+) -> tuple[Floats, Ints32, Floats | None, Bools]:
+    """Vertices that are numbers, the faces between them renumbered, their sigma, and which they are."""
+    vertices, triangles = checked_mesh(vertices_mm, faces)
+    known: Bools = np.isfinite(vertices).all(axis=1)
+    sigma = _per_vertex(sigma_mm, len(vertices))
+    if sigma is not None:
+        known &= np.isfinite(sigma) & (sigma > 0.0)
+    if known.sum() < FEWEST:
+        raise InputError(
+            f"only {int(known.sum())} usable vertices: an inspection needs at least {FEWEST}; "
+            "is the scan empty, or the wrong part of it selected?"
+        )
+    if known.all():
+        return vertices, triangles, sigma, known
+    number = np.cumsum(known, dtype=np.int32) - np.int32(1)
+    kept = number[triangles[known[triangles].all(axis=1)]]
+    return vertices[known], kept, None if sigma is None else sigma[known], known
+
+
+def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:
+    if sigma_mm is None:
+        return None
+    sigma = np.asarray(sigma_mm, dtype=np.float64)
+    if sigma.shape not in {(), (count,)}:
+        raise InputError(f"sigma_mm must be one number or one per vertex, ({count},), not {sigma.shape}")
+    return np.array(np.broadcast_to(sigma, (count,)))
+
+
+def _timed(
+    timings: dict[str, float], name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
+) -> Any:  # noqa: ANN401 (whatever the stage gives)
+    start = time.perf_counter()
+    result = function(*args, **kwargs)
+    timings[name] = time.perf_counter() - start
+    return result
