@@ -240,14 +240,44 @@ def test_activate_switches_the_variant_on_in_a_fresh_process() -> None:
         "import scenes.renderer as r; c = r.choose(); mi = r.activate(threads=1);"
         "import drjit; print(mi.variant() == c.variant, drjit.thread_count())"
     )
-    run = subprocess.run(  # noqa: S603
+    run = in_fresh_process(code)
+    assert run.stdout.split() == ["True", "1"]
+
+
+def in_fresh_process(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(  # noqa: S603
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         check=True,
         cwd=Path(__file__).parents[2],
+        env=os.environ | environment,
     )
-    assert run.stdout.split() == ["True", "1"]
+
+
+def test_the_fallback_says_one_line_and_no_more() -> None:
+    """Dr.Jit itself complains about every library that it cannot load."""
+    code = (
+        "from scenes.renderer import choice; from scenes.renderer.probe import Probe;"
+        "choice.probe_cuda = lambda: Probe('cuda', '', '', 'missing', ''); choice.candidates = lambda: [];"
+        "print(choice.activate().variant()); choice.activate()"
+    )
+    run = in_fresh_process(code, **{libraries.PATH_VARIABLE: "missing.so"})
+    assert run.stdout.strip() == "scalar_rgb"
+    (line,) = run.stderr.splitlines()
+    assert "scalar_rgb" in line
+
+
+def test_a_library_that_was_loaded_before_is_not_trusted() -> None:
+    if not renderer.choose().llvm_path:
+        pytest.skip("no usable LLVM on this machine")
+    code = (
+        "import drjit; import dataclasses; from scenes.renderer import choice; real = choice.choose();"
+        "choice.choose = lambda **_: dataclasses.replace(real, llvm_version='99.0.0')\n"
+        "try: choice.activate()\n"
+        "except choice.InputError as error: print(error)"
+    )
+    assert "activate() first" in in_fresh_process(code).stdout
 
 
 def test_threads_follow_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
