@@ -14,6 +14,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
+from burrscan.scan.consistency import consistent
 from burrscan.scan.exposure import Response, bracket, even
 from burrscan.scan.guess import fill
 from burrscan.scan.intensity import intensities
@@ -33,7 +34,7 @@ def scan_adaptive(
     steps: int = 7,
     cell_px: int = 16,
     bracket_ratio: float = 17.0,
-    least_intensity: float = 0.02,
+    least_intensity: float = 0.005,
     max_sigma_px: float = 0.35,
 ) -> Scan:
     """Scan with per-pixel intensities that keep every lit camera pixel within its range.
@@ -161,7 +162,9 @@ def _fuse(crude: Reading, final: Reading, *, width: int, max_sigma_px: float) ->
         sigma = 1.0 / np.sqrt(total)
         apart = np.abs(u[0] - u[1]) / np.hypot(crude.sigma_px, final.sigma_px)
         agree = ~(apart > 6.0)
+        lost = np.where(information[1] > 0.0, final.lost, crude.lost)
         mask = agree & (sigma <= max_sigma_px) & (mean > -0.5) & (mean < width - 0.5)
+    mask &= consistent(_masked(mean, mask), _masked(sigma, mask), lost)
     return Correspondence(_masked(mean, mask), _masked(sigma, mask), mask)
 
 

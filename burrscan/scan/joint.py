@@ -16,11 +16,12 @@ from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.phase import Phase, decode_phase
 from burrscan.devices import CameraSheet
 from burrscan.scan.sequence import Sequence
+from burrscan.scan.weigh import weigh
 
 _COST_ROOF = 36.0
 _EDGE_DOUBT = 0.5
 _INDIRECT_BIT = 0.5
-_INDIRECT_PHASE_RAD = 0.03
+_INDIRECT_PHASE_RAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,11 @@ class Reading:
         (h, w) cost of the best candidate per observation, about 1 for an honest pixel.
     lead
         (h, w) by how much the second best candidate costs more, in units of chi².
-    spread_px2
-        (h, w) least variance of the columns in the pixel's footprint, by the finer stripes' loss of
-        modulation (three sigmas below its estimate). Large where the footprint is torn over a depth edge.
+    lost
+        (h, w) light that full light shows beyond the stripes' modulation, per modulated light.
+    torn
+        (h, w) chi² of the stripes' modulations against those of one compact footprint. Large where the
+        footprint is torn over a depth edge.
     clipped
         (h, w) True where a sine was clipped.
 
@@ -50,7 +53,8 @@ class Reading:
     direct_e: Floats32
     misfit: Floats32
     lead: Floats32
-    spread_px2: Floats32
+    lost: Floats32
+    torn: Floats32
     clipped: Bools
 
     def blanked(
@@ -59,12 +63,12 @@ class Reading:
         max_sigma_px: float,
         least_lead: float = 12.0,
         worst_misfit: float = 5.0,
-        widest_px: float = 1.0,
+        worst_torn: float = 16.0,
     ) -> Reading:
         """The same with NaN where the column is clipped, coarse, ambiguous or at odds with its frames."""
         with np.errstate(invalid="ignore"):
             fine = (self.sigma_px <= max_sigma_px) & (self.lead >= least_lead) & (self.misfit <= worst_misfit)
-        fine &= ~self.clipped & (self.spread_px2 <= widest_px**2)
+        fine &= ~self.clipped & (self.torn <= worst_torn)
         nan = np.float32(np.nan)
         return replace(self, u_px=np.where(fine, self.u_px, nan), sigma_px=np.where(fine, self.sigma_px, nan))
 
@@ -103,41 +107,19 @@ def _combine(
     pairs: Image, phases: list[Phase], code: Sequence, camera: CameraSheet, dark_e: Floats32
 ) -> Reading:
     gain = camera.gain_dn_per_e
-    u_px, sigma, direct, misfit, lead, spread = _choose(
-        pairs,
-        np.stack([phase.offset_px for phase in phases]),
-        np.stack([phase.sigma_px for phase in phases]),
-        np.stack([phase.amplitude_dn for phase in phases]),
-        np.array(code.periods_px),
-        code.bits,
-        dark_e * np.float32(gain),
-        np.array([camera.black_level_dn, gain, (gain * camera.read_noise_e) ** 2 + 1.0 / 12.0]),
+    offset = np.stack([phase.offset_px for phase in phases])
+    sigma = np.stack([phase.sigma_px for phase in phases])
+    amplitude = np.stack([phase.amplitude_dn for phase in phases])
+    periods = np.array(code.periods_px)
+    noise = np.array([camera.black_level_dn, gain, (gain * camera.read_noise_e) ** 2 + 1.0 / 12.0])
+    dark_dn = dark_e * np.float32(gain)
+    found, direct, indirect, misfit, lead = _choose(
+        pairs, offset, sigma, amplitude, periods, code.bits, dark_dn, noise
     )
+    lost = indirect / np.maximum(direct, np.float32(1e-6))
+    u_px, sigma_px, torn = weigh(offset, sigma, amplitude, periods_px=periods, near_px=found, share=lost)
     clipped = np.logical_or.reduce([phase.clipped for phase in phases])
-    return Reading(u_px, sigma, direct / np.float32(gain), misfit, lead, spread, clipped)
-
-
-@njit(cache=True, nogil=True)
-def _least_spread(amplitude: Floats32, sigma: Floats32, periods: Floats) -> float:
-    """Variance of the footprint by ln A = const - variance ω² / 2, less three sigmas: a weighted line fit."""
-    s, sx, sy, sxx, sxy = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(len(periods)):
-        if not amplitude[j] > 0.0:
-            return -np.inf
-        omega = 2.0 * np.pi / periods[j]
-        # relative error of an amplitude equals the error of its phase in radians
-        weight = 1.0 / (omega * sigma[j]) ** 2
-        x, y = -0.5 * omega * omega, np.log(amplitude[j])
-        s += weight
-        sx += weight * x
-        sy += weight * y
-        sxx += weight * x * x
-        sxy += weight * x * y
-    spread = s * sxx - sx * sx
-    if not spread > 0.0:
-        return -np.inf
-    least: float = (s * sxy - sx * sy) / spread - 3.0 * np.sqrt(s / spread)
-    return least
+    return Reading(u_px, sigma_px, direct / np.float32(gain), misfit, lead, lost, torn, clipped)
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -150,16 +132,15 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
     bits: Floats32,
     dark: Floats32,
     noise: Floats,
-) -> tuple[Floats32, Floats32, Floats32, Floats32, Floats32, Floats32]:
+) -> tuple[Floats32, Floats32, Floats32, Floats32, Floats32]:
     count, height, width = offset.shape
     n_bits, columns = bits.shape
     black, gain, floor = noise[0], noise[1], noise[2]
     out_u = np.full((height, width), np.nan, np.float32)
-    out_sigma = np.full((height, width), np.nan, np.float32)
     out_direct = np.zeros((height, width), np.float32)
+    out_indirect = np.zeros((height, width), np.float32)
     out_misfit = np.full((height, width), np.inf, np.float32)
     out_lead = np.zeros((height, width), np.float32)
-    out_spread = np.zeros((height, width), np.float32)
     for r in prange(height):
         difference, weight = np.empty(n_bits), np.empty(n_bits)
         variance = np.empty(count)
@@ -205,21 +186,9 @@ def _choose(  # noqa: PLR0917, C901, PLR0912, PLR0915 (a kernel)
                 elif cost < second:
                     second = cost
                 u += periods[base]
-            information, moment = 0.0, 0.0
-            for j in range(count):
-                gap = offset[j, r, c] - found
-                gap -= periods[j] * np.rint(gap / periods[j])
-                information += 1.0 / variance[j]
-                moment += gap / variance[j]
-            chi2 = 0.0
-            for j in range(count):
-                gap = offset[j, r, c] - found
-                gap -= periods[j] * np.rint(gap / periods[j])
-                chi2 += (gap - moment / information) ** 2 / variance[j]
-            out_spread[r, c] = _least_spread(amplitude[:, r, c], sigma[:, r, c], periods)
-            out_u[r, c] = found + moment / information
-            out_sigma[r, c] = np.sqrt(max(1.0, chi2 / max(count - 1, 1) / 3.0) / information)
+            out_u[r, c] = found
             out_direct[r, c] = direct
+            out_indirect[r, c] = indirect
             out_misfit[r, c] = best / (n_bits + count - 1)
             out_lead[r, c] = second - best
-    return out_u, out_sigma, out_direct, out_misfit, out_lead, out_spread
+    return out_u, out_direct, out_indirect, out_misfit, out_lead

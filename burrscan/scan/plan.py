@@ -10,6 +10,7 @@ from burrscan.scan.exposure import Response, sine_sigma_px
 
 _BINS = 240
 _CANDIDATES = 28
+_ROOF = 0.9
 
 
 def plan_exposures_ms(
@@ -20,6 +21,7 @@ def plan_exposures_ms(
     steps: tuple[int, int],
     max_sigma_px: float,
     least: float,
+    most_clipped: float = 5e-4,
 ) -> tuple[float, float]:
     """Exposures of the crude round (full light) and of the final round (adapted light).
 
@@ -35,6 +37,8 @@ def plan_exposures_ms(
         A pixel no finer than this counts as lost, at the square of this.
     least
         The dimmest intensity that still carries a pattern.
+    most_clipped
+        Share of the seen pixels that the crude round may clip: what it clips it cannot place.
 
     Notes
     -----
@@ -47,8 +51,11 @@ def plan_exposures_ms(
     background = float(np.median(response.black_e_per_ms))
     exposures = np.geomspace(*camera.exposure_range_ms, _CANDIDATES)
     crude = [_information(rate, background, t, camera, period_px, steps[0], 0.0) for t in exposures]
+    clipped = [float(count[rate * t > _ROOF * camera.full_well_e].sum()) for t in exposures]
     best, pair = np.inf, (exposures[0], exposures[-1])
     for i, first in enumerate(crude):
+        if i > 0 and clipped[i] > most_clipped * count.sum():
+            break
         read = first > 1.0 / max_sigma_px**2
         for j in range(i, _CANDIDATES):
             final_ms = exposures[j]
@@ -83,7 +90,7 @@ def _information(  # noqa: PLR0917 (the arguments of its one caller)
     least: float,
 ) -> Floats:
     """Inverse variance that a round yields per bin; dimmed to fit, down to ``least``, where that is not 0."""
-    roof = 0.75 * camera.full_well_e
+    roof = _ROOF * camera.full_well_e
     signal, dark = rate * exposure_ms, max(background, 0.0) * exposure_ms
     if least > 0.0:
         signal *= np.clip(roof / signal, least, 1.0)
