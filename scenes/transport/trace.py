@@ -8,6 +8,7 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Floats32, Ints32
+from scenes.transport.fireflies import TILE, share_fireflies
 from scenes.transport.footprint import sample_sets
 from scenes.transport.matrix import LightTransport, SparseRows
 from scenes.transport.optics import Optics
@@ -65,7 +66,7 @@ def trace(
     """
     view = optics.rig.camera
     sets = mi.Float(sample_sets(sets=_SAMPLE_SETS, samples=samples, seed=seed).ravel())
-    rows = max(1, min(view.height, _PASS_SAMPLES // (view.width * samples)))
+    rows = min(view.height, max(TILE, _PASS_SAMPLES // (view.width * samples) // TILE * TILE))
     parts = []
     for first in range(0, view.height, rows):
         count = min(rows, view.height - first)
@@ -108,7 +109,7 @@ def _trace_rows(
     paths = _follow(mi, scene, optics, sampler, column, row, bounces)
     # One kernel for everything; Dr.Jit does not look into named tuples by itself.
     dr.eval(paths.ambient, [list(lit) for lit in (paths.direct, *paths.bounced)])
-    return _collect(optics, paths, rows * width, samples)
+    return _collect(optics, paths, (rows, width), samples)
 
 
 def _follow(
@@ -147,15 +148,18 @@ def _lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:  # noqa: ANN401
     return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
 
 
-def _collect(optics: Optics, paths: _Paths, pixels: int, samples: int) -> _Rows:
-    """Sparse rows of one pass."""
-    shape, profile = optics.rig.projector.shape, optics.profile
+def _collect(optics: Optics, paths: _Paths, shape: tuple[int, int], samples: int) -> _Rows:
+    """Sparse rows of one pass over ``shape`` camera pixels."""
+    pixels = shape[0] * shape[1]
+    projector, profile = optics.rig.projector.shape, optics.profile
     offsets = np.arange(pixels + 1, dtype=np.int64) * samples
     u, v, w = (a.numpy() for a in paths.direct)
     w = w * np.float32(1.0 / samples)
-    direct = SparseRows(*splat(u, v, w, offsets, shape=shape, profile=profile))
-    iu, iv, iw, ioffsets = group_by_pixel([_lit_samples(lit, samples) for lit in paths.bounced], pixels)
-    indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=shape, profile=profile))
+    direct = SparseRows(*splat(u, v, w, offsets, shape=projector, profile=profile))
+    light = direct.row_sums().reshape(shape)
+    bounced = [share_fireflies(*_lit_samples(lit, samples), direct=light) for lit in paths.bounced]
+    iu, iv, iw, ioffsets = group_by_pixel(bounced, pixels)
+    indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=projector, profile=profile))
     ambient = paths.ambient.numpy().reshape(pixels, samples).mean(axis=1)
     return _Rows(direct, indirect, ambient, response_centres(u, v, w, offsets))
 
