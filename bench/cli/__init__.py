@@ -9,8 +9,6 @@ import sys
 from collections.abc import Sequence
 from importlib import metadata
 
-from burrscan.errors import InputError
-
 COMMANDS = ("doctor", "run", "report", "suites", "show", "render", "detect")
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 
@@ -48,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     given = parser().parse_args(arguments)
+    from burrscan.errors import InputError
+
     try:
         return int(given.main(given))
     except InputError as error:

@@ -8,7 +8,6 @@ from datetime import datetime
 from pathlib import Path
 
 from bench.cli.grammar import Commands, command, positive
-from burrscan.errors import InputError
 
 RUNS = Path("reports/runs")
 """Where run directories go by default, below the current directory."""
@@ -74,6 +73,7 @@ def _where(given: argparse.Namespace) -> Path:
     """The run directory: the one named, the one to resume, or a new one."""
     from bench.run.directory import fresh_name, unfinished
     from bench.suites.catalogue import load_suite
+    from burrscan.errors import InputError
 
     if given.resume:
         name = load_suite(given.suite).name if given.suite else None

@@ -34,7 +34,8 @@ class Evidence:
     def right(self) -> Bools:
         """(h, w) accepted pixels within :data:`RIGHT_WITHIN_PX` of the response-weighted true column."""
         error = np.abs(self.outcome.scan.correspondence.u_px - self.truth.u_response_px)
-        return self.accepted & (error <= RIGHT_WITHIN_PX)  # a NaN truth compares False: nothing is there
+        near: Bools = error <= RIGHT_WITHIN_PX  # a NaN truth compares False: nothing is there
+        return self.accepted & near
 
     @cached_property
     def depth_error_mm(self) -> Floats:

@@ -27,7 +27,7 @@ class Variant:
         How tables and reports call it.
     stages
         Stage to the method that does it: a short name, ``"module:function"``, or a table of ``method`` and
-        its parameters. Stages that are not named keep the pipeline's defaults.
+        ``parameters``. Stages that are not named keep the pipeline's defaults.
 
     """
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from burrscan.pipeline import Pipeline
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
 
-from bench.suites.suite import Variant
+from bench.suites.suite import Variant, refuse
+from burrscan.documents import build
+from burrscan.errors import InputError
+from burrscan.pipeline import Pipeline, stage_function
 
 
 def pipeline_of(variant: Variant) -> Pipeline:
@@ -13,7 +18,25 @@ def pipeline_of(variant: Variant) -> Pipeline:
     Raises
     ------
     burrscan.errors.InputError
-        When it names a stage, a method or a parameter that does not exist.
+        When it names stages, methods or parameters that do not exist.
 
     """
-    raise NotImplementedError(variant)
+    source = f"variant '{variant.name}'"
+    pipeline = build(
+        Pipeline, {kind: _table(choice) for kind, choice in variant.stages.items()}, source=source
+    )
+    problems = [_problem(pipeline, stage.name) for stage in fields(Pipeline)]
+    refuse([problem for problem in problems if problem], source)
+    return pipeline
+
+
+def _table(choice: str | Mapping[str, Any]) -> Mapping[str, Any]:
+    return {"method": choice} if isinstance(choice, str) else choice
+
+
+def _problem(pipeline: Pipeline, kind: str) -> str:
+    try:
+        stage_function(getattr(pipeline, kind), kind)
+    except InputError as error:
+        return str(error)
+    return ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from burrscan.pipeline import Outcome
@@ -18,6 +18,7 @@ from burrscan.surface import Surface
 from scenes.truth import Truth
 from scenes.wheel import TrueBurr, Wheel
 
+Side = Literal["protrusion", "nick"]
 RADIUS_MM = 50.0
 HEIGHT, WIDTH = 60, 120
 POINT = np.array([3.0, -2.0, 600.0])
@@ -38,20 +39,23 @@ def true_burr(**changes: Any) -> TrueBurr:  # noqa: ANN401
 
 
 def found_burr(
-    angle_deg: float, z_mm: tuple[float, float], *, height_mm: float = 1.0, side: str = "protrusion"
+    angle_deg: float, z_mm: tuple[float, float], *, height_mm: float = 1.0, side: Side = "protrusion"
 ) -> Burr:
     """A burr found at a place of the true part frame; ``z_mm`` counts along the axis found, which is true."""
     angle = np.radians(angle_deg)
     middle = np.array([RADIUS_MM * np.cos(angle), RADIUS_MM * np.sin(angle), sum(z_mm) / 2.0])
     pose = np.eye(4)
     pose[:3, 3] = to_camera(middle)
-    values = [Value(v, 0.0) for v in (angle_deg, *z_mm, height_mm, 2.0, 20.0, 1.0, 20.0)]
-    return Burr(side, *values, T_mesh_burr=pose, significance=10.0)  # type: ignore[arg-type]
+    return Burr(
+        side=side, angle_deg=Value(angle_deg, 0.0), z_start_mm=Value(z_mm[0], 0.0), z_end_mm=Value(z_mm[1], 0.0),
+        height_mm=Value(height_mm, 0.0), width_mm=Value(2.0, 0.0), length_mm=Value(20.0, 0.0),
+        area_mm2=Value(1.0, 0.0), volume_mm3=Value(20.0, 0.0), T_mesh_burr=pose, significance=10.0,
+    )  # fmt: skip
 
 
 def to_camera(part_mm: Floats) -> Floats:
     back = np.linalg.inv(T_PART_CAMERA)
-    return part_mm @ back[:3, :3].T + back[:3, 3]
+    return np.asarray(part_mm @ back[:3, :3].T + back[:3, 3])
 
 
 def surface_points() -> Floats:
@@ -116,7 +120,7 @@ def evidence(
         pixels=np.argwhere(mask).astype(np.int32),
     )  # fmt: skip
     frame = T_PART_CAMERA if T_found_part is None else T_found_part @ T_PART_CAMERA
-    back = np.linalg.inv(frame)
+    back = np.asarray(np.linalg.inv(frame), float)
     axis = Axis(point_mm=back[:3, 3], direction=back[:3, 2], covariance=np.zeros((4, 4)), method="ideal")
     ones = np.ones(len(profile))
     inspection = Inspection(
