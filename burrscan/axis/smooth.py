@@ -66,3 +66,20 @@ def smoothed(points: Floats, faces: Ints32, *, rounds: int) -> Floats:
         _round(points, faces, limit, out)
         points = out
     return points
+
+
+@njit(cache=True, nogil=True)
+def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
+    """Noise of the raw points, from the median distance that smoothing moved them (mostly along the normal)."""
+    bins = np.zeros(2048)
+    for i in range(raw.shape[0]):
+        x, y, z = raw[i, 0] - smooth[i, 0], raw[i, 1] - smooth[i, 1], raw[i, 2] - smooth[i, 2]
+        square = x * x + y * y + z * z
+        if square > 0.0:
+            bins[min(2047, max(0, int(1024 + 32 * np.log2(square))))] += 1.0
+    half, total = 0.5 * bins.sum(), 0.0
+    for k in range(2048):
+        total += bins[k]
+        if total >= half > 0.0:
+            return float(2.0 ** ((k + 0.5 - 1024) / 64) / 0.6745)
+    return 0.0

@@ -1,0 +1,257 @@
+"""Gauss-Newton on an axis with a free generatrix, eliminated in every step (variable projection).
+
+Golub & Pereyra's idea with Kaufman's Jacobian; the generatrix is pieces of parabolas with normal distances in the
+(z, r) plane, so flat faces, undercuts and several branches are as good as any other shape. Tukey's biweight lets
+burrs, spokes and outliers count nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Floats, Ints32
+from burrscan.axis.basis import perpendicular_basis
+from burrscan.axis.cloud import REACH
+from burrscan.axis.ridges import GATE, Pieces, find_pieces, meridian_bounds
+
+TUKEY = 5.0
+"""Residuals beyond this many sigma count nothing (96 % efficient)."""
+FLOOR = 1e-7
+"""Least noise, in units of the rms radius."""
+SETTLED = 1e-4
+"""A step below this share of the noise is the last one."""
+BINS = 256
+FEWEST = 12.0
+"""A piece with less than this weight of points is left out."""
+
+
+@dataclass
+class Fit:
+    """The state of a fit: frame (columns e1, e2, axis), place on the axis, noise, and the generatrix.
+
+    Parameters
+    ----------
+    coefficients
+        (K, 3) offset of each piece off its straight line, for 1, t, t².
+    response
+        (K, 3, 4) change of those by the pose.
+    gram
+        (K, 3, 3) inverse of each piece's normal matrix.
+
+    """
+
+    frame: Floats
+    place: Floats
+    sigma: float
+    pieces: Pieces
+    coefficients: Floats
+    response: Floats
+    gram: Floats
+    inliers: float
+    steps: int
+
+
+@njit(cache=True, nogil=True)
+def meridian(
+    points: Floats, i: int, frame: Floats, place: Floats
+) -> tuple[float, float, float]:  # pragma: no cover
+    """Coordinates (x, y, z) of a point in the axis frame."""
+    a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
+    x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
+    y = a * frame[0, 1] + b * frame[1, 1] + c * frame[2, 1]
+    z = a * frame[0, 2] + b * frame[1, 2] + c * frame[2, 2]
+    return x, y, z
+
+
+@njit(cache=True, nogil=True)
+def piece_of(z: float, r: float, labels: Ints32, origin: Floats, cell: float) -> int:  # pragma: no cover
+    """The piece a point of the (z, r) plane belongs to, or -1."""
+    fz, fr = (z - origin[0]) / cell, (r - origin[1]) / cell
+    if not (fz >= 0.0 and fr >= 0.0 and fz < labels.shape[0] and fr < labels.shape[1]):
+        return -1
+    return int(labels[int(fz), int(fr)])
+
+
+@njit(cache=True, nogil=True)
+def off_piece(
+    z: float, r: float, centre: Floats, normal: Floats, coefficients: Floats, spacing: float
+) -> tuple[float, float, float, float]:  # pragma: no cover
+    """Place t along a piece, distance d off it, and the piece's normal (z, r) there."""
+    nz, nr = normal
+    dz, dr = z - centre[0], r - centre[1]
+    t = (dz * nr - dr * nz) / spacing
+    d = dz * nz + dr * nr - coefficients[0] - t * (coefficients[1] + t * coefficients[2])
+    slope = (coefficients[1] + 2.0 * t * coefficients[2]) / spacing
+    return t, d, nz - slope * nr, nr + slope * nz
+
+
+@njit(cache=True, nogil=True)
+def _accumulate(
+    points: Floats,
+    weights: Floats,
+    frame: Floats,
+    place: Floats,
+    centre: Floats,
+    normal: Floats,
+    coefficients: Floats,
+    labels: Ints32,
+    origin: Floats,
+    cell: float,
+    spacing: float,
+    limit: float,
+    top: float,
+    sums: Floats,
+    spread: Floats,
+) -> None:  # pragma: no cover
+    """One pass over the points.
+
+    Adds per piece, with t along it and d off it: rows of ``sums`` hold t^0..t^4 (5), d t^0..t^2 (3),
+    J t^0..t^2 (12), J Jᵀ (10), d J (4), each times the weight. ``spread`` is a histogram of |d| up to ``top``.
+    """
+    J = np.zeros(4)
+    for i in range(points.shape[0]):
+        x, y, z = meridian(points, i, frame, place)
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, labels, origin, cell)
+        if k < 0:
+            continue
+        t, d, mz, mr = off_piece(z, r, centre[k], normal[k], coefficients[k], spacing)
+        w = weights[i] if weights.shape[0] > 0 else 1.0
+        size = abs(d) * np.sqrt(w)
+        if size < top:
+            spread[int(size / top * BINS)] += 1.0
+        if size >= limit:
+            continue
+        u = 1.0 - (size / limit) ** 2
+        w *= u * u
+        cosine, sine = x / r, y / r
+        g = z * mr - r * mz
+        J[0], J[1], J[2], J[3] = -g * sine, g * cosine, mr * cosine, mr * sine
+        row = sums[k]
+        t2 = t * t
+        row[0] += w
+        row[1] += w * t
+        row[2] += w * t2
+        row[3] += w * t2 * t
+        row[4] += w * t2 * t2
+        row[5] += w * d
+        row[6] += w * d * t
+        row[7] += w * d * t2
+        e = 20
+        for p in range(4):
+            wj = w * J[p]
+            row[8 + p] += wj
+            row[12 + p] += wj * t
+            row[16 + p] += wj * t2
+            row[30 + p] += wj * d
+            for q in range(p, 4):
+                row[e] += wj * J[q]
+                e += 1
+
+
+def _eliminated(sums: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
+    gram = sums[:, [0, 1, 2, 1, 2, 3, 2, 3, 4]].reshape(-1, 3, 3)
+    few = sums[:, 0] < FEWEST
+    gram = gram + sums[:, 0, None, None] * np.diag([1e-9, 1e-6, 1e-6])
+    gram[few] = np.eye(3)
+    inverse = np.linalg.inv(gram)
+    inverse[few] = 0.0
+    cross = sums[:, 8:20].reshape(-1, 3, 4)
+    response = inverse @ cross
+    offset = (inverse @ sums[:, 5:8, None])[:, :, 0]
+    H = np.zeros((4, 4))
+    H[np.triu_indices(4)] = sums[~few, 20:30].sum(axis=0)
+    H = H + np.triu(H, 1).T - np.einsum("kip,kiq->pq", cross, response)
+    g = sums[~few, 30:34].sum(axis=0) - np.einsum("kip,ki->p", cross, offset)
+    return H, g, offset, response, inverse
+
+
+def rotation_by(w: Floats) -> Floats:
+    """Rodrigues' rotation by the vector (wx, wy, 0)."""
+    angle = float(np.hypot(w[0], w[1]))
+    K = np.array([[0.0, 0.0, w[1]], [0.0, 0.0, -w[0]], [-w[1], w[0], 0.0]])
+    if angle < 1e-12:
+        return np.eye(3) + K
+    return np.eye(3) + np.sin(angle) / angle * K + (1 - np.cos(angle)) / angle**2 * (K @ K)
+
+
+def median_sigma(histogram: Floats, top: float) -> float:
+    """Robust standard deviation from a histogram of absolute values up to ``top``."""
+    total = np.cumsum(histogram)
+    if total[-1] <= 0:
+        return top
+    half = 0.5 * total[-1]
+    k = int(np.searchsorted(total, half))
+    below = total[k - 1] if k else 0.0
+    return float(top * (k + (half - below) / max(histogram[k], 1e-300)) / len(histogram) / 0.6745)
+
+
+def frame_of(direction: Floats) -> Floats:
+    """Right-handed frame whose third column is the direction."""
+    return np.column_stack([perpendicular_basis(direction), direction])
+
+
+def refine(
+    points: Floats,
+    weights: Floats,
+    direction: Floats,
+    place: Floats,
+    *,
+    blur: float,
+    steps: int,
+    sigma: float | None = None,
+) -> Fit:
+    """Gauss-Newton from an axis; the pieces are found once, at the start. O(V) a step.
+
+    Parameters
+    ----------
+    points, weights
+        (V, 3) in the canonical frame and (V,) inverse variances with unit mean, or none.
+    direction, place
+        The axis to start from.
+    blur
+        Resolution of the pieces.
+    sigma
+        Noise to start from; without it every point within a piece's reach counts at first.
+
+    """
+    frame, place = frame_of(direction), place - direction * (place @ direction)
+    bounds = meridian_bounds(points, frame, place, REACH)
+    pieces = find_pieces(points, weights, frame, place, blur=blur, bounds=bounds)
+    count = len(pieces.centre)
+    gate = GATE * pieces.spacing
+    fit = Fit(
+        frame, place, gate if sigma is None else sigma, pieces,
+        np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), 0.0, 0,
+    )  # fmt: skip
+    while count and fit.steps < steps:
+        if _step(points, weights, fit, gate) < SETTLED * fit.sigma:
+            break
+    return fit
+
+
+def _step(points: Floats, weights: Floats, fit: Fit, gate: float) -> float:
+    """One Gauss-Newton step, in place; returns its size."""
+    sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
+    top = min(gate, 8 * fit.sigma)
+    _accumulate(points, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma, top, sums, spread)
+    H, g, offset, fit.response, fit.gram = _eliminated(sums)
+    step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
+    step = np.clip(step, -0.2, 0.2)
+    fit.coefficients = fit.coefficients + offset + fit.response @ step
+    fit.frame = fit.frame @ rotation_by(step[:2]).T
+    fit.place = fit.place - fit.frame @ np.array([step[2], step[3], 0.0])
+    fit.sigma = max(median_sigma(spread, top), FLOOR)
+    fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
+    return float(np.abs(step).max())
+
+
+def curve(fit: Fit) -> tuple[Any, ...]:
+    """The generatrix as the kernels take it."""
+    p = fit.pieces
+    return p.centre, p.normal, fit.coefficients, p.labels, p.origin, p.cell, p.spacing

@@ -1,0 +1,163 @@
+"""The uncertainty of a fitted axis, and what the data leave open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Floats, Ints32
+from burrscan.axis.fit import TUKEY, Fit, curve, meridian, off_piece, piece_of
+
+SECTORS = 64
+BINS_ALONG = 24
+"""Places along a piece, over its whole reach of ±2 spacings."""
+LEAST_SHARE = 0.3
+"""Information of which less than this share is more than noise of the generatrix's slope is none."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and the share of the information that is real.
+
+    Parameters
+    ----------
+    covariance
+        (4, 4) dimensionless.
+    share
+        Least ratio, over all changes of pose, of the information without to that with the noise of the slopes.
+    noise
+        Standard deviation of the raw points about the generatrix.
+
+    """
+
+    covariance: Floats
+    share: float
+    noise: float
+
+
+@njit(cache=True, nogil=True)
+def _tally(
+    points: Floats,
+    raw: Floats,
+    weights: Floats,
+    frame: Floats,
+    place: Floats,
+    centre: Floats,
+    normal: Floats,
+    coefficients: Floats,
+    labels: Ints32,
+    origin: Floats,
+    cell: float,
+    spacing: float,
+    limit: float,
+    response: Floats,
+    gram: Floats,
+    scores: Floats,
+    slopes: Floats,
+) -> Floats:  # pragma: no cover
+    """Everything :func:`spread_of` needs, in one pass.
+
+    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums, per
+    piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it. Returns
+    Σ w J Jᵀ. The piece and J of a point come from its smoothed position, its residual from the raw one: smoothing
+    correlates neighbours, and what the pose makes of a neighbourhood's noise it hardly changes. Inliers count
+    fully: a weight that shrinks with the residual would shrink the stated spread.
+    """
+    J, K = np.zeros(4), np.zeros(4)
+    A = np.zeros((4, 4))
+    for i in range(points.shape[0]):
+        x, y, z = meridian(points, i, frame, place)
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, labels, origin, cell)
+        if k < 0:
+            continue
+        t, d, mz, mr = off_piece(z, r, centre[k], normal[k], coefficients[k], spacing)
+        w = weights[i] if weights.shape[0] > 0 else 1.0
+        if abs(d) * np.sqrt(w) >= limit:
+            continue
+        cosine, sine = x / r, y / r
+        g, h = z * mr - r * mz, z * mz + r * mr
+        J[0], J[1], J[2], J[3] = -g * sine, g * cosine, mr * cosine, mr * sine
+        K[0], K[1], K[2], K[3] = -h * sine, h * cosine, mz * cosine, mz * sine
+        v = gram[k, 1, 1] + 4.0 * t * (gram[k, 1, 2] + t * gram[k, 2, 2])
+        angle = np.arctan2(y, x)
+        a, b, c = meridian(raw, i, frame, place)
+        d += (c - z) * mz + ((a - x) * cosine + (b - y) * sine) * mr
+        u = min(BINS_ALONG - 1, max(0, int((t * 0.25 + 0.5) * BINS_ALONG)))
+        row = scores[k, u, int((angle / (2.0 * np.pi) + 0.5) * SECTORS) % SECTORS]
+        row[0] += w
+        row[1] += w * d
+        row[10] += w * d * d
+        slope = slopes[k]
+        slope[0] += w
+        slope[5] += w * v
+        e = 10
+        for p in range(4):
+            J[p] -= response[k, 0, p] + t * (response[k, 1, p] + t * response[k, 2, p])
+            slope[1 + p] += w * K[p]
+            slope[6 + p] += w * v * K[p]
+            for q in range(p, 4):
+                slope[e] += w * v * K[p] * K[q]
+                e += 1
+        for p in range(4):
+            row[2 + p] += w * J[p]
+            row[6 + p] += w * d * J[p]
+            for q in range(p, 4):
+                A[p, q] += w * J[p] * J[q]
+    return A
+
+
+def _full(upper: Floats) -> Floats:
+    """Symmetric 4×4 from its upper triangle."""
+    matrix = np.zeros((4, 4))
+    matrix[np.triu_indices(4)] = upper
+    return matrix + np.triu(matrix, 1).T
+
+
+def _spurious(slopes: Floats, spacing: float) -> Floats:
+    """Information that the noise of the generatrix's slopes feigns, per unit variance of a point."""
+    mean = slopes[:, 1:5] / np.maximum(slopes[:, :1], 1e-300)
+    cross = np.einsum("kp,kq->pq", slopes[:, 6:10], mean)
+    total = _full(slopes[:, 10:20].sum(axis=0)) - cross - cross.T
+    total += np.einsum("k,kp,kq->pq", slopes[:, 5], mean, mean)
+    return np.asarray(total / spacing**2)
+
+
+def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
+    """Uncertainty of a fit. O(V).
+
+    The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
+    widened where sums over patches of the surface vary more than independent points would (quasi-likelihood with
+    the clustered scores of Liang & Zeger), as with correlated noise, treads or spokes.
+    """
+    scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
+    slopes = np.zeros((len(fit.coefficients), 20))
+    A = _tally(
+        points, raw, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma,
+        fit.response, fit.gram, scores, slopes,
+    )  # fmt: skip
+    A = A + np.triu(A, 1).T
+    # What smoothing moved alike all round (at edges) is no noise: take its mean along every parallel off.
+    weight = scores[..., 0].sum(axis=2)
+    along = scores[..., 1].sum(axis=2)
+    mean = along / np.maximum(weight, 1e-300)
+    squares = scores[..., 10].sum() - (along * mean).sum()
+    freedom = max(weight.sum() - (weight > 0).sum() - 4.0, 1.0)
+    variance = max(float(squares / freedom), 1e-300)
+    patches = (scores[..., 6:10] - mean[:, :, None, None] * scores[..., 2:6]).sum(axis=1).reshape(-1, 4)
+    patches = patches[np.any(patches != 0.0, axis=1)]
+    B = patches.T @ patches * len(patches) / max(len(patches) - 4.0, 1.0)
+    return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), B, variance)
+
+
+def _spread(A: Floats, spurious: Floats, B: Floats, variance: float) -> Spread:
+    """Compose the covariance in the basis where A is the identity, mode by mode."""
+    values, vectors = np.linalg.eigh(A)
+    whiten = vectors / np.sqrt(np.maximum(values, 1e-14 * max(values[-1], 1e-300)))
+    widening = max(1.0, float(np.trace(whiten.T @ B @ whiten)) / (4.0 * variance))
+    shares, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
+    basis = whiten @ modes
+    covariance = (basis / np.maximum(shares, 0.01)) @ basis.T * variance * widening
+    return Spread(covariance, float(shares[0]), float(np.sqrt(variance)))
