@@ -18,6 +18,7 @@ from bench.report.axes import round_up
 from bench.report.charts import Mark, Unrolled
 from bench.report.summary import Cell, Row, score_rows
 from bench.run import Record, RunDirectory
+from burrscan.arrays import Ints, Levels
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -208,12 +209,9 @@ def _shared(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple
         return ()
     curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items()}
     profile = truth["generatrix"].astype(float)
-    whites = [arrays["white"] for arrays in found.values()][:1]
+    whites = [_camera(arrays["white"], truth, "white light") for arrays in found.values()][:1]
     return (
-        *(
-            Figure("Camera image under white light", picture(pictures.photo(w), "white light"))
-            for w in whites
-        ),
+        *(Figure("Camera image under white light", white) for white in whites),
         Figure("True deviation from the generatrix", _true_map(truth, limits), "deviation"),
         Figure("Generatrix, mm", charts.generatrix(profile, curves), "profile"),
         Figure(
@@ -225,23 +223,40 @@ def _shared(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple
 def _variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
     if not (truth and found):
         return ()
-    depth = picture(
-        pictures.signed_map(found["depth_error_mm"].astype(float), limits.depth_mm), "depth error"
-    )
+    part = window(truth)
+    depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)
+    fates = pictures.classes(found["pixels"][part], PIXEL_COLOURS)
     figures = [
-        Figure("A pattern as the camera saw it", picture(pictures.photo(found["image"]), "camera image")),
+        Figure("A pattern as the camera saw it", _camera(found["image"], truth, "camera image")),
         Figure("The pattern as projected", picture(pictures.photo(found["pattern"]), "pattern")),
     ]
     if "intensity" in found:
         mask = picture(pictures.photo(found["intensity"]), "intensity mask")
         figures.append(Figure("Adapted intensity of the projector", mask, "intensity"))
-    fates = picture(pictures.classes(found["pixels"], PIXEL_COLOURS), "fate of the pixels")
     return (
         *figures,
-        Figure("What became of each pixel", fates, "pixels"),
-        Figure("Depth error, mm", depth, "depth"),
+        Figure("What became of each pixel", picture(fates, "fate of the pixels"), "pixels"),
+        Figure("Depth error, mm", picture(depth, "depth error"), "depth"),
         Figure("Deviation and burrs", _found_map(truth, found, limits), "deviation"),
     )
+
+
+def _camera(image: Levels, truth: Arrays, label: str) -> Markup:
+    return picture(pictures.photo(pictures.brightened(image[window(truth)])), label)
+
+
+def window(truth: Arrays) -> tuple[slice, slice]:
+    """Rows and columns of the camera's pictures that hold what can be measured, with a margin."""
+    mask = truth["measurable"]
+    if not mask.any():
+        return slice(None), slice(None)
+    margin = max(mask.shape) // 20
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return _widened(rows, margin), _widened(columns, margin)
+
+
+def _widened(used: Ints, margin: int) -> slice:
+    return slice(max(int(used[0]) - margin, 0), int(used[-1]) + 1 + margin)
 
 
 def picture(uri: str, label: str) -> Markup:
@@ -263,6 +278,7 @@ def _found_map(truth: Arrays, found: Arrays, limits: Scales) -> Markup:
         for index in range(len(truth["burr_angle_deg"]))
     ]
     marks += [_found_mark(truth, found, index) for index in range(len(found["burr_angle_deg"]))]
+    marks.sort(key=lambda mark: mark.css != "false")  # false calls lie under the burrs that are there
     return charts.unrolled(part, marks, limits.deviation_mm, "measured deviation, unrolled")
 
 

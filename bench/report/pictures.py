@@ -13,6 +13,7 @@ from burrscan.arrays import Levels
 
 _PHOTO_QUALITY = 82
 _WIDEST = 512
+_SCREEN_GAMMA = 2.2
 _LOSSLESS = 101  # OpenCV's way to say so
 _STEPS = 20  # colour steps on each side of zero: enough to see, few enough to stay small
 
@@ -25,6 +26,12 @@ def photo(image: Levels) -> str:
     share = min(_WIDEST / image.shape[1], 1.0)
     size = (round(image.shape[1] * share), round(image.shape[0] * share))
     return _data_uri(cv2.resize(image, size, interpolation=cv2.INTER_AREA), _PHOTO_QUALITY)
+
+
+def brightened(image: Levels) -> Levels:
+    """A linear camera picture with the gamma of screens, so that its dark parts can be seen."""
+    table = np.round(255.0 * np.linspace(0.0, 1.0, 256) ** (1 / _SCREEN_GAMMA)).astype(np.uint8)
+    return table[image]
 
 
 def signed_map(values: NDArray[np.floating], limit: float) -> str:

@@ -1,0 +1,114 @@
+"""The project's own promises: the layers, the README, the dependencies, nothing of anyone's machine."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from bench.cli import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("burrscan", "scenes", "bench")
+README = (ROOT / "README.md").read_text("utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_layers_point_one_way() -> None:
+    tool = shutil.which("lint-imports", path=str(Path(sys.executable).parent)) or shutil.which("lint-imports")
+    if not tool:
+        pytest.skip("import-linter is not installed")
+    run = subprocess.run([tool], cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: S603
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+@pytest.mark.parametrize("number", range(len(EXAMPLES)))
+def test_the_readme_examples_run(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(EXAMPLES[number], f"README example {number + 1}", "exec"), {"__name__": "example"})  # noqa: S102
+
+
+def test_the_readme_names_every_command_and_only_those() -> None:
+    named = set(re.findall(r"^ +burrscan ([a-z]+)", README, re.MULTILINE))
+    assert named == set(COMMANDS)
+
+
+def test_every_target_that_the_readme_names_exists() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    texts = README + (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    assert {"demo", "test"} <= set(re.findall(r"(?:^ +|`)make ([a-z]+)", texts, re.MULTILINE)) <= targets
+
+
+def test_every_file_that_the_documents_link_to_exists() -> None:
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        links = re.findall(r"\]\(([^)#:]+)\)", (ROOT / name).read_text("utf-8"))
+        missing = [link for link in links if not (ROOT / link).exists()]
+        assert not missing, f"{name} links to {missing}"
+
+
+def test_the_changelog_knows_this_version() -> None:
+    version = PROJECT["project"]["version"]
+    assert re.search(
+        rf"^## \[(Unreleased|{re.escape(version)})\]",
+        (ROOT / "CHANGELOG.md").read_text("utf-8"),
+        re.MULTILINE,
+    )
+
+
+@pytest.mark.parametrize("script", [".ci/run", ".ci/setup"])
+def test_scripts_are_executable_and_parse(script: str) -> None:
+    assert os.access(ROOT / script, os.X_OK)
+    bash = shutil.which("bash")
+    if not bash:
+        pytest.skip("no bash on this machine")
+    subprocess.run([bash, "-n", ROOT / script], check=True)  # noqa: S603
+
+
+def test_dependencies_are_those_that_are_imported() -> None:
+    """Nothing is imported without being declared, and nothing is declared for nothing."""
+    owners = importlib.metadata.packages_distributions()
+    imported = {
+        _normal(owner)
+        for module in _imported_modules() - set(sys.stdlib_module_names) - set(PACKAGES)
+        for owner in owners.get(module, [module])[:1]
+    }
+    declared = {_normal(re.split(r"[<>=!~\[ ]", item)[0]) for item in PROJECT["project"]["dependencies"]}
+    comes_along = {"markupsafe"}  # jinja2's own type for safe text
+    assert imported - comes_along == declared
+
+
+def _normal(distribution: str) -> str:
+    return distribution.lower().replace("_", "-")
+
+
+def _imported_modules() -> set[str]:
+    names: set[str] = set()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+                if isinstance(node, ast.Import):
+                    names |= {alias.name.partition(".")[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    names.add(node.module.partition(".")[0])
+    return names
+
+
+def test_no_tracked_file_holds_a_path_of_one_machine() -> None:
+    git = shutil.which("git")
+    if not git or not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout")
+    listed = subprocess.run([git, "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)  # noqa: S603
+    for name in filter(None, listed.stdout.split("\0")):
+        path = ROOT / name
+        if not path.is_file() or path == Path(__file__):
+            continue
+        assert not re.findall(rb"(?<![\w.])/(?:work|root|home/\w+)/", path.read_bytes()), name
