@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats, Ints, Ints32, freeze
 
 _CELLS = 96
+_COARSE = 12
 _MARGIN_MM = 4.0
 _ON_BODY_MM = 5e-3
 _BESIDE_MM = 0.5
@@ -157,11 +158,23 @@ def _vertex_normals(curve: Floats) -> Floats:
 
 
 def _candidates(curve: Floats, low: Floats, size: Floats) -> tuple[Ints, Ints]:
-    """Per grid cell the segments that may be nearest to a point of it, as a compressed list."""
-    middle = low + (np.stack(np.divmod(np.arange(_CELLS**2), _CELLS), axis=1) + 0.5) * size
-    reach = float(np.hypot(*size))
-    counts, listed = _list_near(middle, curve, reach)
-    return np.concatenate([[0], np.cumsum(counts)]), listed
+    """Per grid cell the segments that may be nearest to a point of it, as a compressed list.
+
+    Coarse cells choose among all segments, the cells inside each among its choice.
+    """
+    everything = np.arange(len(curve) - 1)
+    first, listed = np.array([0, len(everything)]), everything
+    parent = np.zeros(_COARSE**2, np.int64)
+    for cells in (_COARSE, _CELLS):
+        row, column = np.divmod(np.arange(cells**2), cells)
+        cell_size = size * (_CELLS / cells)
+        middle = low + (np.stack([row, column], axis=1) + 0.5) * cell_size
+        if cells == _CELLS:
+            ratio = _CELLS // _COARSE
+            parent = row // ratio * _COARSE + column // ratio
+        counts, listed = _list_near(middle, curve, float(np.hypot(*cell_size)), parent, first, listed)
+        first = np.concatenate([[0], np.cumsum(counts)])
+    return first, listed
 
 
 @njit(cache=True, nogil=True)
@@ -175,28 +188,32 @@ def _segment_distance(z: float, r: float, curve: Floats, i: int) -> tuple[float,
 
 
 @njit(cache=True, nogil=True)
-def _list_near(middle: Floats, curve: Floats, reach: float) -> tuple[Ints, Ints]:
-    segments = len(curve) - 1
+def _list_near(
+    middle: Floats, curve: Floats, reach: float, parent: Ints, first: Ints, choice: Ints
+) -> tuple[Ints, Ints]:
+    """Per cell the segments of its parent's choice no farther than the nearest one and ``reach``."""
     counts = np.zeros(len(middle), np.int64)
     listed = np.empty(4096, np.int64)
     used = 0
-    distances = np.empty(segments)
+    distances = np.empty(len(curve))
     for cell in range(len(middle)):
-        for i in range(segments):
-            distances[i] = _segment_distance(middle[cell, 0], middle[cell, 1], curve, i)[0]
-        limit = distances.min() + reach
-        for i in range(segments):
-            if distances[i] <= limit:
+        chosen = choice[first[parent[cell]] : first[parent[cell] + 1]]
+        limit = np.inf
+        for k in range(len(chosen)):
+            distances[k] = _segment_distance(middle[cell, 0], middle[cell, 1], curve, chosen[k])[0]
+            limit = min(limit, distances[k] + reach)
+        for k in range(len(chosen)):
+            if distances[k] <= limit:
                 if used == len(listed):
                     listed = np.concatenate((listed, np.empty_like(listed)))
-                listed[used] = i
+                listed[used] = chosen[k]
                 used += 1
                 counts[cell] += 1
     return counts, listed[:used]
 
 
 @njit(cache=True, nogil=True)
-def _signed_distances(  # noqa: PLR0917 (numba takes positional arguments)
+def _signed_distances(
     zr: Floats, curve: Floats, vertex_normals: Floats, low: Floats, size: Floats, first: Ints, listed: Ints
 ) -> Floats:
     result = np.empty(len(zr))
