@@ -44,18 +44,18 @@ class DeviceSpec:
     distortion: tuple[float, float, float, float, float] = NO_DISTORTION
 
     def view(self, scale: float) -> View:
-        """The device with its raster scaled: the same field of view on fewer pixels."""
+        """The device with its raster scaled: the same field of view on fewer pixels, to within one pixel."""
         width, height = round(self.width * scale), round(self.height * scale)
         cx = (self.width - 1) / 2.0 if self.cx is None else self.cx
         cy = (self.height - 1) / 2.0 if self.cy is None else self.cy
-        sx, sy = width / self.width, height / self.height
+        focal = self.focal_px * scale  # one factor for both: pixels stay square when the raster is rounded
         return View(
             width=width,
             height=height,
-            fx=self.focal_px * sx,
-            fy=self.focal_px * sy,
-            cx=(cx + 0.5) * sx - 0.5,
-            cy=(cy + 0.5) * sy - 0.5,
+            fx=focal,
+            fy=focal,
+            cx=(cx + 0.5) * scale - 0.5 + 0.5 * (width - self.width * scale),
+            cy=(cy + 0.5) * scale - 0.5 + 0.5 * (height - self.height * scale),
             distortion=self.distortion,
         )
 

@@ -1,0 +1,106 @@
+"""What ``capture.json`` and ``rig.json`` hold, as dataclasses that documents are read into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.documents import STRICT
+from burrscan.rig import NO_DISTORTION, Rig, View
+
+Positive = Annotated[float, Field(gt=0.0)]
+Row = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class ViewDocument:
+    """One device of ``rig.json``; see :class:`burrscan.rig.View`."""
+
+    __pydantic_config__ = STRICT
+
+    width: Annotated[int, Field(gt=0)]
+    height: Annotated[int, Field(gt=0)]
+    fx: Positive
+    fy: Positive
+    cx: float
+    cy: float
+    distortion: tuple[float, float, float, float, float] = NO_DISTORTION
+
+
+@dataclass(frozen=True)
+class RigDocument:
+    """``rig.json``."""
+
+    __pydantic_config__ = STRICT
+
+    camera: ViewDocument
+    projector: ViewDocument
+    T_projector_camera: tuple[Row, Row, Row, Row]
+    unit: Literal["mm"] = "mm"
+
+    def rig(self) -> Rig:
+        """The calibration."""
+        return Rig(
+            camera=View(**vars(self.camera)),
+            projector=View(**vars(self.projector)),
+            T_projector_camera=np.array(self.T_projector_camera),
+        )
+
+
+@dataclass(frozen=True)
+class CameraDocument:
+    """The camera of ``capture.json``; see :class:`burrscan.devices.CameraSheet`."""
+
+    __pydantic_config__ = STRICT
+
+    bit_depth: Annotated[int, Field(ge=1, le=16)]
+    full_well_e: Positive
+    read_noise_e: Annotated[float, Field(ge=0.0)]
+    black_level_dn: Annotated[float, Field(ge=0.0)]
+    exposure_range_ms: tuple[Positive, Positive]
+
+    def sheet(self) -> CameraSheet:
+        """The data sheet."""
+        return CameraSheet(**vars(self))
+
+
+@dataclass(frozen=True)
+class ProjectorDocument:
+    """The projector of ``capture.json``: light of each level relative to full white."""
+
+    __pydantic_config__ = STRICT
+
+    light: Annotated[tuple[float, ...], Field(min_length=256, max_length=256)]
+
+    def sheet(self) -> ProjectorSheet:
+        """The data sheet."""
+        return ProjectorSheet(np.array(self.light))
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture of a capture."""
+
+    __pydantic_config__ = STRICT
+
+    name: str
+    exposure_ms: Positive
+    pattern: str
+    image: str
+
+
+@dataclass(frozen=True)
+class CaptureDocument:
+    """``capture.json``."""
+
+    __pydantic_config__ = STRICT
+
+    format: Literal["burrscan-capture"]
+    version: Literal[1]
+    camera: CameraDocument
+    projector: ProjectorDocument
+    shots: Annotated[tuple[Shot, ...], Field(min_length=1)]

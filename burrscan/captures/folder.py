@@ -1,0 +1,129 @@
+"""A capture folder as a scanner: it shows nothing new, but it has the pictures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from burrscan.arrays import Image
+from burrscan.captures.document import CaptureDocument, RigDocument, Shot
+from burrscan.captures.png import read_grey
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.documents import build, read_json
+from burrscan.errors import InputError
+from burrscan.files import written_whole
+from burrscan.rig import Rig, View
+from burrscan.scanner import Patterns
+
+_NAMED = 5
+
+
+class FolderScanner:
+    """A :class:`burrscan.Scanner` that replays a capture folder (``burrscan/captures/README.md``).
+
+    Parameters
+    ----------
+    folder
+        The capture folder.
+
+    Raises
+    ------
+    InputError
+        When the folder's documents cannot be used; every error in them is listed.
+
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        path = folder / "capture.json"
+        self._document = build(CaptureDocument, read_json(path), source=str(path))
+        self._rig = read_rig(folder / "rig.json")
+        self._asked: Counter[tuple[str, float]] = Counter()
+
+    @property
+    def rig(self) -> Rig:
+        """The calibration as recorded."""
+        return self._rig
+
+    @property
+    def camera(self) -> CameraSheet:
+        """The camera's data sheet as recorded."""
+        return self._document.camera.sheet()
+
+    @property
+    def projector(self) -> ProjectorSheet:
+        """The projector's data sheet as recorded."""
+        return self._document.projector.sheet()
+
+    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
+        """Find the pictures that were taken of ``patterns``, (F, h, w) DN.
+
+        The n-th request for a name at an exposure gets the n-th shot of it.
+
+        Raises
+        ------
+        InputError
+            When the folder has no such shot, its pattern differs from what is asked, or a file is damaged.
+
+        """
+        shots = [self._shot(name, exposure_ms) for name in patterns.names]
+        for shot, frame in zip(shots, patterns.frames, strict=True):
+            if not np.array_equal(self._read(shot.pattern, self._rig.projector), frame):
+                raise InputError(
+                    f"{self._folder / shot.pattern}: the recorded pattern '{shot.name}' is not the one this scan "
+                    "would show; scan with the strategy and the parameters that the capture was recorded with"
+                )
+        return np.stack([self._read(shot.image, self._rig.camera) for shot in shots])
+
+    def _shot(self, name: str, exposure_ms: float) -> Shot:
+        taken = [s for s in self._document.shots if s.name == name]
+        same = [s for s in taken if math.isclose(s.exposure_ms, exposure_ms, rel_tol=1e-6)]
+        place = self._asked[name, round(exposure_ms, 9)]
+        if place >= len(same):
+            raise InputError(self._missing(name, exposure_ms, taken))
+        self._asked[name, round(exposure_ms, 9)] += 1
+        return same[place]
+
+    def _missing(self, name: str, exposure_ms: float, taken: list[Shot]) -> str:
+        if taken:
+            known = ", ".join(f"{s.exposure_ms:g}" for s in taken[:_NAMED])
+            return f"{self._folder}: no shot '{name}' at {exposure_ms:g} ms; it was taken at {known} ms"
+        names = ", ".join(s.name for s in self._document.shots[:_NAMED])
+        return f"{self._folder}: no shot '{name}'; the capture begins with {names}, ..."
+
+    def _read(self, relative: str, view: View) -> Image:
+        image = read_grey(self._folder / relative)
+        if image.shape != view.shape:
+            raise InputError(
+                f"{self._folder / relative}: {image.shape[1]}×{image.shape[0]} pixels, but rig.json says "
+                f"{view.width}×{view.height}"
+            )
+        return image
+
+
+def read_rig(path: Path) -> Rig:
+    """A calibration from a JSON file.
+
+    Raises
+    ------
+    InputError
+        With every error in the file.
+
+    """
+    return build(RigDocument, read_json(path), source=str(path)).rig()
+
+
+def write_rig(path: Path, rig: Rig) -> None:
+    """Write a calibration as JSON, whole or not at all."""
+    document = {
+        "unit": "mm",
+        "camera": vars(rig.camera),
+        "projector": vars(rig.projector),
+        "T_projector_camera": rig.T_projector_camera.tolist(),
+    }
+    with written_whole(path) as beside:
+        beside.write_text(json.dumps(document, indent=2) + "\n", "utf-8")

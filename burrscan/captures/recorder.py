@@ -1,0 +1,75 @@
+"""A scanner that writes down everything another scanner shows and sees."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from burrscan.arrays import Image
+from burrscan.captures.document import Shot
+from burrscan.captures.folder import write_rig
+from burrscan.captures.png import write_grey
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.files import written_whole
+from burrscan.rig import Rig
+from burrscan.scanner import Patterns, Scanner
+
+
+class RecordingScanner:
+    """Pass pictures through and keep them in a capture folder; :meth:`close` completes it.
+
+    Parameters
+    ----------
+    scanner
+        The scanner that does the work.
+    folder
+        Where the capture goes; made if it is not there.
+
+    """
+
+    def __init__(self, scanner: Scanner, folder: Path) -> None:
+        self._scanner = scanner
+        self._folder = folder
+        self._shots: list[Shot] = []
+        for part in ("patterns", "images"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+
+    @property
+    def rig(self) -> Rig:
+        """The calibration as the algorithm is told it."""
+        return self._scanner.rig
+
+    @property
+    def camera(self) -> CameraSheet:
+        """The camera's data sheet."""
+        return self._scanner.camera
+
+    @property
+    def projector(self) -> ProjectorSheet:
+        """The projector's data sheet."""
+        return self._scanner.projector
+
+    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
+        """Capture, and write patterns and images to the folder."""
+        images = self._scanner.capture(patterns, exposure_ms)
+        for name, frame, image in zip(patterns.names, patterns.frames, images, strict=True):
+            file = f"{len(self._shots):04d}.png"
+            shot = Shot(name, exposure_ms, f"patterns/{file}", f"images/{file}")
+            write_grey(self._folder / shot.pattern, frame)
+            write_grey(self._folder / shot.image, image)
+            self._shots.append(shot)
+        return images
+
+    def close(self) -> None:
+        """Write the documents; without them the folder is no capture."""
+        write_rig(self._folder / "rig.json", self.rig)
+        document = {
+            "format": "burrscan-capture",
+            "version": 1,
+            "camera": asdict(self.camera),
+            "projector": {"light": self.projector.light.tolist()},
+            "shots": [asdict(shot) for shot in self._shots],
+        }
+        with written_whole(self._folder / "capture.json") as beside:
+            beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")

@@ -1,0 +1,97 @@
+"""A rendered scene as a capture folder, with its truth in a file of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from burrscan.captures import RecordingScanner
+from burrscan.errors import InputError
+from burrscan.scan import METHODS
+from burrscan.variants import resolve
+from scenes.scene import SceneSpec, scene_hash
+from scenes.simulate import Simulation, simulate
+from scenes.truth import Truth
+
+
+def write_capture(
+    scene: SceneSpec, folder: Path, *, seed: int = 0, scan: str = "adaptive", cache_dir: Path | None = None
+) -> Path:
+    """Scan a scene and write everything that was shown and seen.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    folder
+        The capture folder; it must not exist yet, or be empty.
+    seed
+        Of the noise.
+    scan
+        The scanning strategy that chooses the patterns.
+    cache_dir
+        Where traced transports are kept.
+
+    Returns
+    -------
+    The folder, written whole or not at all.
+
+    Raises
+    ------
+    InputError
+        When the folder holds something, or the scene cannot be rendered.
+
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder}: exists and is not an empty folder; choose another, or remove it first")
+    strategy = resolve(scan, METHODS, stage="scan")
+    simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
+    beside = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+    try:
+        _write(simulation, strategy, beside)
+        if folder.is_dir():
+            folder.rmdir()
+        beside.replace(folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return folder
+
+
+def _write(simulation: Simulation, strategy: object, folder: Path) -> None:
+    recorder = RecordingScanner(simulation.scanner(), folder)
+    assert callable(strategy)
+    strategy(recorder)
+    recorder.close()
+    document = asdict(simulation.scene) | {"hash": scene_hash(simulation.scene)}
+    (folder / "scene.json").write_text(json.dumps(document, indent=1) + "\n", "utf-8")
+    np.savez_compressed(folder / "truth.npz", **truth_arrays(simulation.truth))  # type: ignore[arg-type]
+
+
+def truth_arrays(truth: Truth) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+    """The truth as plain arrays, units in the names; see :class:`scenes.truth.Truth`."""
+    names = (
+        "T_part_camera",
+        "points_mm",
+        "u_px",
+        "v_px",
+        "u_response_px",
+        "v_response_px",
+        "direct",
+        "indirect",
+        "sigma_limit_px",
+        "measurable",
+        "burr_index",
+    )
+    arrays = {name: getattr(truth, name) for name in names}
+    burrs = [
+        {k: v for k, v in asdict(b).items() if not isinstance(v, np.ndarray)} for b in truth.wheel.burrs
+    ]
+    return arrays | {
+        "generatrix_zr_mm": truth.wheel.generatrix_zr_mm,
+        "burrs_json": np.array(json.dumps(burrs)),
+    }

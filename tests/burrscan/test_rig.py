@@ -1,0 +1,49 @@
+"""The devices' model against OpenCV's, and its own inverse."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from burrscan.rig import View
+from scenes.rig import RigSpec
+
+BENT = (-0.12, 0.08, 1e-3, -8e-4, 0.02)
+VIEW = View(640, 512, 1370.0, 1372.0, 322.5, 250.25, BENT)
+
+
+def test_projection_is_opencvs() -> None:
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-120, 120, (200, 2)), rng.uniform(450, 750, 200)])
+    expected, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), VIEW.matrix, np.array(BENT))
+    assert VIEW.project(points) == pytest.approx(expected[:, 0], abs=1e-9)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0, 639), st.floats(0, 511))
+def test_rays_go_through_their_pixels(column: float, row: float) -> None:
+    ray = VIEW.rays(np.array([column, row]))
+    assert VIEW.project(ray * 600.0) == pytest.approx([column, row], abs=1e-6)
+
+
+def test_points_behind_a_device_have_no_pixel() -> None:
+    assert np.isnan(VIEW.project(np.array([0.0, 0.0, -5.0]))).all()
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 90.0, 215.0])
+def test_both_devices_look_at_the_target(azimuth: float) -> None:
+    spec = RigSpec(baseline_azimuth_deg=azimuth, projector_roll_deg=7.0, scale=0.5)
+    rig = spec.rig()
+    assert rig.baseline_mm == pytest.approx(200.0)
+    middle = rig.correspond(np.array([0.0, 0.0, 600.0]))
+    assert middle == pytest.approx([(512 - 1) / 2, (384 - 1) / 2], abs=1e-9)
+    rotation = rig.T_projector_camera[:3, :3]
+    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+
+
+def test_a_scaled_rig_sees_the_same_field() -> None:
+    point = np.array([31.0, -22.0, 580.0])
+    full, half = (RigSpec(scale=s).rig().correspond(point) for s in (1.0, 0.5))
+    assert (half + 0.5) * 2.0 - 0.5 == pytest.approx(full, abs=1e-9)

@@ -1,0 +1,67 @@
+"""The camera's statistics against Poisson's and the data sheet's, at z = 4."""
+
+import numba as nb
+import numpy as np
+import pytest
+
+from scenes.electronics.sensor import expose
+from scenes.electronics.spec import CameraSpec, ProjectorSpec
+from scenes.electronics.streams import stream_key
+
+CAMERA = CameraSpec(bit_depth=12, full_well_e=10_000.0, read_noise_e=4.0, black_level_dn=64.0)
+Z = 4.0
+
+
+def electrons(mean_e: float, *, identity: tuple[int, ...] = (1,)) -> np.ndarray:  # type: ignore[type-arg]
+    light = np.full((6, 200, 250), mean_e / CAMERA.full_well_e, np.float32)
+    images = expose(light, camera=CAMERA, exposure_ms=CAMERA.white_exposure_ms, identity=identity, first_frame=0)
+    return (images - CAMERA.black_level_dn) / CAMERA.sheet.gain_dn_per_e
+
+
+@pytest.mark.parametrize("mean", [0.0, 0.5, 5.0, 29.9, 30.1, 200.0, 6000.0])
+def test_mean_and_variance_follow_the_data_sheet(mean: float) -> None:
+    got = electrons(mean)
+    quantum = 1.0 / (12.0 * CAMERA.sheet.gain_dn_per_e**2)
+    variance = mean + CAMERA.read_noise_e**2 + quantum
+    n = got.size
+    assert got.mean() == pytest.approx(mean, abs=Z * np.sqrt(variance / n))
+    kurtosis = 3.0 + mean / variance**2
+    assert got.var() == pytest.approx(variance, abs=Z * variance * np.sqrt((kurtosis - 1.0) / n))
+    dn = mean * CAMERA.sheet.gain_dn_per_e + CAMERA.black_level_dn
+    assert CAMERA.sheet.noise_dn(np.array(dn)) / CAMERA.sheet.gain_dn_per_e == pytest.approx(variance**0.5)
+
+
+def test_light_beyond_the_well_saturates() -> None:
+    light = np.full((1, 4, 4), 3.0, np.float32)
+    images = expose(light, camera=CameraSpec(read_noise_e=0.0), exposure_ms=20.0, identity=(1,), first_frame=0)
+    assert np.all(images == CameraSpec().sheet.saturation_dn)
+
+
+def test_noise_is_fixed_by_the_case_and_the_picture_alone() -> None:
+    light = np.random.default_rng(0).random((4, 60, 70)).astype(np.float32)
+
+    def take(frames: slice, first: int, identity: tuple[int, ...] = (3, 1)) -> np.ndarray:  # type: ignore[type-arg]
+        return expose(light[frames], camera=CAMERA, exposure_ms=9.0, identity=identity, first_frame=first)
+
+    whole = take(slice(None), 0)
+    assert np.array_equal(whole, np.concatenate([take(slice(0, 1), 0), take(slice(1, 4), 1)]))
+    threads = nb.get_num_threads()
+    nb.set_num_threads(1)
+    assert np.array_equal(whole, take(slice(None), 0))
+    nb.set_num_threads(threads)
+    assert not np.array_equal(whole, take(slice(None), 0, identity=(3, 2)))
+
+
+def test_streams_of_sources_and_pictures_are_uncorrelated() -> None:
+    assert stream_key((1,), "shot noise") != stream_key((1,), "read noise")
+    got = electrons(500.0)
+    a, b = got[0].ravel(), got[1].ravel()
+    assert np.corrcoef(a, b)[0, 1] == pytest.approx(0.0, abs=Z / np.sqrt(a.size))
+    assert np.corrcoef(a[1:], a[:-1])[0, 1] == pytest.approx(0.0, abs=Z / np.sqrt(a.size))
+
+
+def test_projector_light_has_the_stated_contrast_and_inverts() -> None:
+    sheet = ProjectorSpec(gamma=2.0, contrast=500.0).sheet
+    assert sheet.light[0] == pytest.approx(1.0 / 500.0)
+    assert sheet.light[-1] == pytest.approx(1.0)
+    assert sheet.levels(sheet.light) == pytest.approx(np.arange(256.0), abs=1e-6)
