@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html.parser
+import json
 import re
 import shutil
 import subprocess
@@ -238,3 +239,15 @@ def test_a_browser_shows_the_page_without_sideways_scrolling(
     overflow = re.search(r"<title>overflow=(-?\d+)</title>", run.stdout)
     assert overflow
     assert int(overflow[1]) <= 0
+
+
+def test_a_single_variant_without_a_sweep_has_a_page(tmp_path: Path) -> None:
+    run = made_up_run(tmp_path / "run", stop_after=1)
+    manifest = json.loads((run / "run.json").read_text("utf-8"))
+    manifest["suite"] |= {"variant": [{"name": "adaptive", "scan": "adaptive"}], "sweep": {}}
+    manifest["cases"] = manifest["cases"][:1]
+    (run / "run.json").write_text(json.dumps(manifest), "utf-8")
+    page = Page(build_report(run).read_text("utf-8"))
+    assert "adaptive measures 93.0 % of the measurable pixels and finds 1 of 1 burrs in 1 case." in page.words
+    assert "The suite sweeps nothing" in page.words
+    assert len(page.pictures) == 2 + 6
