@@ -10,14 +10,16 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
-from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, heights_along
+from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, height_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
-_STRETCH_MM = 5.0
+_STRETCH_MM = 3.0
 """Least length over which a height is stated."""
 _LEAST_SIGNIFICANCE = 4.0
+_SAME_RADIUS = 0.03
+"""Share by which the radius may change along a burr before width and angle must be told apart."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +50,16 @@ class Site:
 
 @dataclass(frozen=True)
 class _Frame:
-    """A burr's own frame on the unrolled surface: origin and direction along it, as (around, along)."""
+    """A burr's own frame on the unrolled surface.
+
+    Origin (angle, arc length), direction along it as (around, along), the radius (M,) by which each vertex's angle
+    is made a length, and the vertices' places.
+    """
 
     angle: float
-    along_mm: float
     direction: Floats
+    radius: Floats
+    patch: Patch
 
 
 def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) -> Burr | None:
@@ -61,26 +68,41 @@ def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) ->
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
     if not weight.any():
         return None
-    frame, x, y = _framed(field, site, weight)
-    a, b = frame.direction
-    sigma = field.sigma_mm[site.chosen] * site.inflation
-    patch = Patch(x * a + y * b, y * a - x * b, lift, sigma)
-    span = (float(patch.u_mm[site.on].min()), float(patch.u_mm[site.on].max()))
-    ridge = fit_ridge(patch, spacing_mm=field.spacing_mm, start=span)
+    frame, ridge = _best(field, site, lift, weight)
     if ridge is None or ridge.height_mm < _LEAST_SIGNIFICANCE * ridge.noise_mm:
         return None
-    return _burr(field, site, patch, ridge, frame, axis, limit_mm)
+    return _burr(field, site, ridge, frame, axis, limit_mm)
 
 
-def _framed(field: Field, site: Site, weight: Floats) -> tuple[_Frame, Floats, Floats]:
-    """The frame, and the vertices' places (around, along) in mm from its origin."""
+def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Frame, Ridge | None]:
+    """The fit of a ridge of constant width, or of constant angle where the radius changes along the burr."""
+    local = np.maximum(field.foot[site.chosen, 1], 1e-9)
+    mean = float((weight * local).sum() / weight.sum())
+    frame = _framed(field, site, lift, weight, local)
+    ridge = _ridge(field, site, frame)
+    if np.ptp(local[site.on]) < _SAME_RADIUS * mean:
+        return frame, ridge
+    other = _framed(field, site, lift, weight, np.full(len(local), mean))
+    wedge = _ridge(field, site, other)
+    if wedge is not None and (ridge is None or wedge.misfit < ridge.misfit):
+        return other, wedge
+    return frame, ridge
+
+
+def _ridge(field: Field, site: Site, frame: _Frame) -> Ridge | None:
+    u = frame.patch.u_mm[site.on]
+    return fit_ridge(frame.patch, spacing_mm=field.spacing_mm, start=(float(u.min()), float(u.max())))
+
+
+def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats) -> _Frame:
     angle = field.angle[site.chosen]
     middle = float(np.angle((weight * np.exp(1j * angle)).sum()))
-    x = np.angle(np.exp(1j * (angle - middle))) * field.foot[site.chosen, 1]
-    along = field.along_mm[site.chosen]
-    origin = float((weight * along).sum() / weight.sum())
-    y = along - origin
-    return _Frame(middle, origin, _direction(x, y, weight)), x, y
+    x = np.angle(np.exp(1j * (angle - middle))) * radius
+    y = field.along_mm[site.chosen] - (weight * field.along_mm[site.chosen]).sum() / weight.sum()
+    direction = _direction(x, y, weight)
+    a, b = direction
+    sigma = field.sigma_mm[site.chosen] * site.inflation
+    return _Frame(middle, direction, radius, Patch(x * a + y * b, y * a - x * b, lift, sigma))
 
 
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
@@ -94,24 +116,22 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
     return direction if direction[1] > 1e-9 or direction[0] > 0.0 else -direction
 
 
-def _burr(
-    field: Field, site: Site, patch: Patch, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None
-) -> Burr:
+def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
-    height = Value(*heights_along(patch, ridge, least_mm=max(_STRETCH_MM, 6.0 * field.spacing_mm)))
+    height = Value(*height_of(frame.patch, ridge, least_mm=max(_STRETCH_MM, 4.0 * field.spacing_mm)))
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)
     volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
-    angle, vertex = _middle(field, site, patch, ridge, frame)
-    z_low, z_high = _reach_z(field, site, patch, ridge)
+    angle, vertex = _middle(site, ridge, frame, field.spacing_mm)
+    z_low, z_high = _reach_z(field, site, frame.patch, ridge)
     return Burr(
         side=side,
         angle_deg=Value(float(np.degrees(angle.value)), float(np.degrees(angle.sigma))),
         z_start_mm=Value(z_low, end_sigma),
         z_end_mm=Value(z_high, end_sigma),
         height_mm=height,
-        width_mm=Value(ridge.width_mm, ridge.sigma_of([0, 0, 0, 1, 1])),
+        width_mm=Value(ridge.width_mm, ridge.sigma_of([0, 0, 0, 2, 0])),
         length_mm=length,
         area_mm2=area,
         volume_mm3=Value(area.value * length.value, volume_sigma),
@@ -124,19 +144,19 @@ def _burr(
 def _area(ridge: Ridge) -> Value:
     """Cross-section area."""
     h, w, full = ridge.height_mm, ridge.width_mm, ridge.fullness
-    return Value(full * h * w, full * ridge.sigma_of([w, 0, 0, h, h]))
+    return Value(full * h * w, full * ridge.sigma_of([w, 0, 0, 2.0 * h, 0]))
 
 
-def _middle(field: Field, site: Site, patch: Patch, ridge: Ridge, frame: _Frame) -> tuple[Value, int]:
+def _middle(site: Site, ridge: Ridge, frame: _Frame, spacing: float) -> tuple[Value, int]:
     """Angle (radians) of the middle of the burr's base, and the vertex nearest to it."""
     u = 0.5 * (ridge.start_mm + ridge.end_mm)
-    v = ridge.centre_mm + ridge.slope * u + 0.5 * (ridge.right_mm - ridge.left_mm)
-    vertex = int(site.chosen[np.argmin((patch.u_mm - u) ** 2 + (patch.v_mm - v) ** 2)])
-    radius = max(float(field.foot[vertex, 1]), 1e-9)
+    v = ridge.base_middle_mm(u)
+    nearest = int(np.argmin((frame.patch.u_mm - u) ** 2 + (frame.patch.v_mm - v) ** 2))
+    radius = float(frame.radius[nearest])
     a, b = frame.direction
     angle = float(np.angle(np.exp(1j * (frame.angle + (u * a - v * b) / radius))))
-    across = ridge.sigma_of([0, 1, u, -0.5, 0.5])
-    return Value(angle, float(np.hypot(across * b, 0.3 * field.spacing_mm * a)) / radius), vertex
+    across = ridge.sigma_of([0, 1, u, 0, ridge.parameters[3]])
+    return Value(angle, float(np.hypot(across * b, 0.3 * spacing * a)) / radius), int(site.chosen[nearest])
 
 
 def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge) -> tuple[float, float]:

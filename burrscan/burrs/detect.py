@@ -1,7 +1,8 @@
 """Where the residual field holds more than noise: matched boxes of many shapes, calibrated on the data.
 
-Every box's mean is compared with the spread that boxes of its shape show over the whole field (robust, so that
-burrs do not count). Correlated noise and waviness therefore raise the threshold of the shapes they resemble.
+Every box's mean is compared with what boxes of its shape show along the same row of the field, all the way round
+(their core, so that burrs do not count). Correlated noise and waviness raise the threshold of the shapes that they
+resemble, and what repeats all the way round (a crease a little off) raises none.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ from scipy.special import ndtri
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.burrs.field import Field
 
-_SHORT = (1, 2, 4)
-_LONG = (3, 9, 27)
-"""Sides of the boxes in cells; each pair both ways round."""
-_POSITIONS = 4000
-"""Positions from which the spread of a box shape is measured."""
+BOXES = ((1, 3), (1, 9), (1, 27), (3, 9), (3, 27), (3, 3), (3, 1), (9, 1), (27, 1), (9, 3), (27, 3))
+"""(rows, columns) of every matched box, in cells."""
+_SMALL = BOXES.index((3, 3))
 _LEAST_VERTICES = 4
 _GROW = 2.5
 """A burr's cells reach out to where a box of 3 × 3 cells is this many sigma high."""
+_EXPLAINED = 0.5
+"""A box is explained by a stronger one inside it, where it is weaker than this share of that."""
+_PRIOR_POSITIONS = 20.0
+"""A row's own spread counts against that of the whole field as if that were so many positions."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Region:
     significance
         Largest box statistic in it, in units of its noise.
     inflation
-        How much larger than independent noise would give the spread of that box shape is.
+        How much larger than independent noise would give the spread of that box shape is there.
 
     """
 
@@ -49,10 +52,25 @@ class Region:
     inflation: float
 
 
-def boxes() -> list[tuple[int, int]]:
-    """The (rows, columns) of every matched box."""
-    sides = [(a, b) for a in _SHORT for b in _LONG if b > a]
-    return [*sides, *((b, a) for a, b in sides), (2, 2), (4, 4)]
+@dataclass(frozen=True)
+class Evidence:
+    """Per cell, the box statistic of largest size among the boxes centred there.
+
+    Parameters
+    ----------
+    statistic, inflation
+        (rows, columns) its value in units of its noise, and that noise against independent noise.
+    shape
+        (rows, columns) its number in :data:`BOXES`.
+    small
+        (rows, columns) the statistic of the 3 × 3 box.
+
+    """
+
+    statistic: Floats
+    inflation: Floats
+    shape: Ints32
+    small: Floats
 
 
 def threshold(cells: int, *, false_calls_per_wheel: float) -> float:
@@ -60,37 +78,36 @@ def threshold(cells: int, *, false_calls_per_wheel: float) -> float:
 
     Independent tests are counted as three per box area, summed over shapes, both signs (Bonferroni).
     """
-    tests = sum(3.0 * cells / (a * b) for a, b in boxes())
-    return float(-ndtri(false_calls_per_wheel / (2.0 * tests)))
+    tests = sum(3.0 * cells / (a * b) for a, b in BOXES)
+    return float(-ndtri(min(false_calls_per_wheel / (2.0 * tests), 0.5)))
 
 
 def regions(field: Field, *, false_calls_per_wheel: float) -> list[Region]:
     """Every anomaly of the field, most significant first. O(cells × shapes)."""
     limit = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    best, inflation = strongest(field)
+    evidence = evidence_of(field)
     found = []
-    smooth = _statistic(field.count, field.score, (3, 3), field.closed)
     for sign in (1, -1):
-        strong = sign * best > limit
+        strong = sign * evidence.statistic > limit
         if strong.any():
-            grown = strong | (sign * smooth > _GROW)
-            found += _labelled(grown, strong, sign * best, inflation, sign, field)
+            _explain(strong, sign * evidence.statistic, evidence.shape, np.array(BOXES))
+            found += _labelled(strong, evidence, sign, field)
     return sorted(found, key=lambda region: -region.significance)
 
 
-def _labelled(
-    grown: Bools, strong: Bools, statistic: Floats, inflation: Floats, sign: int, field: Field
-) -> list[Region]:
-    labels, count = ndimage.label(grown, structure=np.ones((3, 3)))
+def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field) -> list[Region]:
+    labels = ndimage.label(strong | (sign * evidence.small > _GROW), structure=np.ones((3, 3)))[0]
     if field.closed:
         _sew(labels)
     found = []
+    statistic = sign * evidence.statistic
     for label in np.unique(labels[strong]):
         cells = labels == label
-        if field.count[cells].sum() < _LEAST_VERTICES:
-            continue
-        peak = np.argmax(np.where(cells, statistic, -np.inf))
-        found.append(Region(cells, sign, float(statistic.flat[peak]), float(inflation.flat[peak])))
+        if field.count[cells].sum() >= _LEAST_VERTICES:
+            peak = np.argmax(np.where(cells & strong, statistic, -np.inf))
+            found.append(
+                Region(cells, sign, float(statistic.flat[peak]), float(evidence.inflation.flat[peak]))
+            )
     return found
 
 
@@ -102,63 +119,106 @@ def _sew(labels: Ints32) -> None:
             labels[labels == right] = left
 
 
-def strongest(field: Field) -> tuple[Floats, Floats]:
-    """Per cell the box statistic of largest size among the boxes centred there, and that shape's inflation."""
-    best = np.zeros(field.count.shape)
-    inflation = np.ones(field.count.shape)
-    for shape in boxes():
-        if shape[0] > field.count.shape[0] or shape[1] > field.count.shape[1]:
-            continue
-        statistic = _statistic(field.count, field.score, shape, field.closed)
-        middle, spread = _spread(statistic)
-        statistic = (statistic - middle) / max(spread, 1.0)
-        better = np.abs(statistic) > np.abs(best)
-        best[better] = statistic[better]
-        inflation[better] = max(spread, 1.0)
-    return best, inflation
+@njit(cache=True, nogil=True)
+def _explain(strong: Bools, statistic: Floats, shape: Ints32, boxes: Ints32) -> None:
+    """Drop strong boxes that owe their strength to a much stronger one whose centre they hold."""
+    height, width = strong.shape
+    for i in range(height):
+        for j in range(width):
+            if not strong[i, j]:
+                continue
+            a, b = boxes[shape[i, j], 0] // 2 + 1, boxes[shape[i, j], 1] // 2 + 1
+            for row in range(max(i - a, 0), min(i + a + 1, height)):
+                for column in range(max(j - b, 0), min(j + b + 1, width)):
+                    if statistic[i, j] < _EXPLAINED * statistic[row, column]:
+                        strong[i, j] = False
 
 
-def _spread(statistic: Floats) -> tuple[float, float]:
-    """Median and robust standard deviation over the boxes that hold data."""
-    known = statistic[statistic != 0.0]
-    known = known[:: max(1, len(known) // _POSITIONS)]
-    if len(known) < 20:
-        return 0.0, 1.0
-    low, middle, high = np.quantile(known, [0.16, 0.5, 0.84])
-    return float(middle), float((high - low) / 2.0)
+def evidence_of(field: Field) -> Evidence:
+    """Match every box everywhere. O(cells × shapes)."""
+    columns = field.count.shape[1]
+    wrap = min(max(b for _, b in BOXES) // 2, columns) if field.closed else 0
+    images = [np.ascontiguousarray(_wrapped(image, wrap)) for image in (field.count, field.score)]
+    mean = float(field.count[field.count > 0].mean()) if field.count.any() else 1.0
+    best, inflation, shape, small = _match(
+        _integral(images[0]), _integral(images[1]), np.array(BOXES), _SMALL, mean
+    )
+    inner = slice(wrap, wrap + columns)
+    return Evidence(best[:, inner], inflation[:, inner], shape[:, inner], small[:, inner])
 
 
-def _statistic(count: Floats, score: Floats, shape: tuple[int, int], closed: bool) -> Floats:
-    """Sum of scores over root of the count, in the box around each cell; 0 where half of it is empty."""
-    half = (shape[0] // 2, shape[1] // 2)
-    mode = "wrap" if closed else "constant"
-    pads = ((half[0], shape[0] - 1 - half[0]), (half[1], shape[1] - 1 - half[1]))
-    sums = []
-    for image in (count, score):
-        rows = np.pad(image, (pads[0], (0, 0)))
-        padded = np.pad(rows, ((0, 0), pads[1]), mode=mode)  # type: ignore[call-overload]
-        sums.append(_box(padded, shape[0], shape[1]))
-    total, value = sums
-    least = max(0.5 * float(count[count > 0].mean()) * shape[0] * shape[1] * 0.5, 2.0)
-    return np.where(total >= least, value / np.sqrt(np.maximum(total, 1.0)), 0.0)
+def _wrapped(image: Floats, wrap: int) -> Floats:
+    return np.pad(image, ((0, 0), (wrap, wrap)), mode="wrap") if wrap else image
+
+
+def _integral(image: Floats) -> Floats:
+    """Sums over the rectangle from the origin to each corner."""
+    integral = np.zeros((image.shape[0] + 1, image.shape[1] + 1))
+    np.cumsum(np.cumsum(image, axis=0), axis=1, out=integral[1:, 1:])
+    return integral
 
 
 @njit(cache=True, nogil=True)
-def _box(padded: Floats, rows: int, columns: int) -> Floats:
-    """Sums over every rows × columns box of an image, by running sums."""
-    height, width = padded.shape[0] - rows + 1, padded.shape[1] - columns + 1
-    column_sums = np.zeros(padded.shape[1])
-    result = np.empty((height, width))
-    for i in range(rows - 1):
-        column_sums += padded[i]
+def _match(
+    count: Floats, score: Floats, boxes: Ints32, small_one: int, mean: float
+) -> tuple[Floats, Floats, Ints32, Floats]:
+    height, width = count.shape[0] - 1, count.shape[1] - 1
+    best, inflation = np.zeros((height, width)), np.ones((height, width))
+    shape, small = np.zeros((height, width), np.int32), np.zeros((height, width))
+    statistic = np.empty((height, width))
+    for number in range(len(boxes)):
+        a, b = boxes[number]
+        if a > height or b > width:
+            continue
+        _box_statistic(count, score, a, b, mean, statistic)
+        centre, spread = _row_cores(statistic)
+        for i in range(height):
+            for j in range(width):
+                if statistic[i, j] == 0.0:
+                    continue
+                z = (statistic[i, j] - centre[i]) / spread[i]
+                if number == small_one:
+                    small[i, j] = z
+                if abs(z) > abs(best[i, j]):
+                    best[i, j], inflation[i, j], shape[i, j] = z, spread[i], number
+    return best, inflation, shape, small
+
+
+@njit(cache=True, nogil=True)
+def _box_statistic(count: Floats, score: Floats, a: int, b: int, mean: float, statistic: Floats) -> None:
+    """Sum of scores over root of the count in the box around each cell; 0 where most of it is empty."""
+    height, width = statistic.shape
+    least = max(0.3 * mean * a * b, 2.0)
     for i in range(height):
-        column_sums += padded[i + rows - 1]
-        total = 0.0
-        for j in range(columns - 1):
-            total += column_sums[j]
+        top, bottom = max(i - a // 2, 0), min(i - a // 2 + a, height)
         for j in range(width):
-            total += column_sums[j + columns - 1]
-            result[i, j] = total
-            total -= column_sums[j]
-        column_sums -= padded[i]
-    return result
+            left, right = max(j - b // 2, 0), min(j - b // 2 + b, width)
+            n = count[bottom, right] - count[top, right] - count[bottom, left] + count[top, left]
+            if n < least:
+                statistic[i, j] = 0.0
+                continue
+            s = score[bottom, right] - score[top, right] - score[bottom, left] + score[top, left]
+            statistic[i, j] = s / np.sqrt(n)
+
+
+@njit(cache=True, nogil=True)
+def _row_cores(statistic: Floats) -> tuple[Floats, Floats]:
+    """Centre and spread (at least 1) of each row's core, the spread drawn to that of all rows."""
+    height, width = statistic.shape
+    centre, variance, number = np.zeros(height), np.ones(height), np.zeros(height)
+    for step in range(4):
+        for i in range(height):
+            n, total, square = 0.0, 0.0, 0.0
+            reach = 2.5 * max(np.sqrt(variance[i]), 1.0) if step else 4.0
+            for j in range(width):
+                x = statistic[i, j] - centre[i]
+                if statistic[i, j] != 0.0 and abs(x) <= reach:
+                    n, total, square = n + 1.0, total + x, square + x * x
+            if n > 4.0:
+                shift = total / n
+                centre[i] += shift
+                variance[i] = max(square / n - shift * shift, 0.0) / 0.83
+            number[i] = n
+    overall = (variance * number).sum() / max(number.sum(), 1.0)
+    spread = np.sqrt((variance * number + overall * _PRIOR_POSITIONS) / (number + _PRIOR_POSITIONS))
+    return centre, np.maximum(spread, 1.0)

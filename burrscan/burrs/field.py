@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from burrscan.arrays import Bools, Floats, Ints32
-from burrscan.axis.basis import T_part_mesh
+from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.generatrix.cells import arc_of
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
@@ -20,6 +19,15 @@ _CLIP = 6.0
 _VERTICES_ACROSS = 1.5
 """Side of a cell of the field, in vertex spacings."""
 _MOST_CELLS = 4_000_000
+_CORE = 2.5
+"""Mean and spread are taken within this many sigma, where noise of any kind is bell-shaped."""
+_CORE_SPREAD = 0.9113
+"""Standard deviation of a Gaussian cut off at 2.5 sigma."""
+_CORE_PASSES = 4
+_SECTOR = np.radians(10.0)
+"""Angle over which the noise is compared between parts of the arc."""
+_QUIETEST = 0.3
+"""A row is never taken to be quieter than this share of the whole."""
 
 
 @dataclass(frozen=True)
@@ -77,32 +85,28 @@ def field_of(
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile, line)
-    return _gridded(profile, line, foot, _stated(sigma_mm, foot.valid))
-
-
-def _stated(sigma_mm: Floats | float | None, valid: Bools) -> Floats:
-    """(N,) stated noise of the vertices that have a foot; zero where none is stated."""
-    given = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, dtype=np.float64), valid.shape)
-    return np.nan_to_num(given[valid])
-
-
-def _gridded(profile: Profile, line: Polyline, foot: Foot, stated: Floats) -> Field:
     valid = foot.valid
-    segment, t = foot.segment[valid], foot.t[valid]
-    place = line.nodes_mm[line.starts[segment]] + t[:, None] * line.steps_mm[segment]
-    along = line.along_mm[segment] + t * line.lengths_mm[segment]
-    angle, deviation = profile.angle[valid], foot.distance_mm[valid]
+    known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
+    stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
+    return _gridded(line, known, profile.angle[valid], np.nan_to_num(stated[valid]), _finest(profile))
+
+
+def _finest(profile: Profile) -> float:
+    """Noise that rounding alone causes at this distance from the axis."""
+    return 1e-9 * float(np.nanmax(profile.r_mm)) + 1e-300
+
+
+def _gridded(line: Polyline, foot: Foot, angle: Floats, stated: Floats, finest: float) -> Field:
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
     step_mm, step_rad, shape = _steps(line, arc, len(angle))
-    row = np.minimum((along / step_mm).astype(np.int32), shape[0] - 1)
-    turn = np.mod(angle - arc[0], 2.0 * np.pi)
-    column = np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)
-    normal = line.normals[segment]
-    deviation = levelled(deviation, row, angle, place, normal, shape[0])
-    sigma = np.maximum(local_noise(deviation, row, column, shape, step_rad), stated)
-    cell = np.stack([row, column], axis=1)
+    along, place, normal, cell = _placed(
+        foot.segment, foot.t, angle, line.nodes_mm, line.starts, line.along_mm, arc, step_mm, step_rad, shape
+    )
+    deviation, mean, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
+    sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
+    sigma = np.maximum(sigma, stated)
     count, score = _summed(deviation, sigma, cell, shape)
     return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
 
@@ -112,11 +116,181 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     radius = line.nodes_mm[line.starts, 1] + 0.5 * line.steps_mm[:, 1]
     total = float(line.lengths_mm.sum())
     area = float((line.lengths_mm * radius).sum()) * arc[1]
-    side = _VERTICES_ACROSS * np.sqrt(area / max(vertices, 1))
-    side = max(side, np.sqrt(area / _MOST_CELLS))
-    step_rad = side / (area / (total * arc[1]))
-    shape = (max(int(np.ceil(total / side)), 1), max(int(np.ceil(arc[1] / step_rad)), 1))
+    side = max(_VERTICES_ACROSS * np.sqrt(area / max(vertices, 1)), np.sqrt(area / _MOST_CELLS))
+    turn = side / (area / (total * arc[1]))
+    shape = (max(int(np.ceil(total / side)), 1), max(int(np.ceil(arc[1] / turn)), 1))
     return total / shape[0], arc[1] / shape[1], shape
+
+
+@njit(cache=True, nogil=True)
+def _placed(  # noqa: PLR0917 (a kernel)
+    segment: Ints32,
+    t: Floats,
+    angle: Floats,
+    nodes: Floats,
+    starts: Ints,
+    begin: Floats,
+    arc: tuple[float, float],
+    step_mm: float,
+    step_rad: float,
+    shape: tuple[int, int],
+) -> tuple[Floats, Floats, Floats, Ints32]:
+    """Arc length, foot, normal and cell of every vertex."""
+    count = len(segment)
+    along, place, normal = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
+    cell = np.empty((count, 2), np.int32)
+    for i in range(count):
+        k = segment[i]
+        z, r = nodes[starts[k], 0], nodes[starts[k], 1]
+        dz, dr = nodes[starts[k] + 1, 0] - z, nodes[starts[k] + 1, 1] - r
+        length = np.sqrt(dz * dz + dr * dr)
+        along[i] = begin[k] + t[i] * length
+        place[i, 0], place[i, 1] = z + t[i] * dz, r + t[i] * dr
+        normal[i, 0], normal[i, 1] = -dr / length, dz / length
+        turn = (angle[i] - arc[0]) % (2.0 * np.pi)
+        cell[i, 0] = min(int(along[i] / step_mm), shape[0] - 1)
+        cell[i, 1] = min(int(turn / step_rad), shape[1] - 1)
+    return along, place, normal, cell
+
+
+def levelled(  # noqa: PLR0917 (arrays of one field)
+    deviation: Floats,
+    cell: Ints32,
+    place: Floats,
+    normal: Floats,
+    shape: tuple[int, int],
+    arc: tuple[float, float],
+    finest: float,
+) -> tuple[Floats, Floats, Floats]:
+    """Deviations less the level of their row, and less what a small rigid motion of the axis explains.
+
+    An axis slightly off leaves waves cos(angle), sin(angle), with the lever of the place along the axis; they
+    are no burrs. Least squares of the four parameters over the core of the data. O(N).
+
+    Returns
+    -------
+    tuple
+        (N,) deviations, (rows,) level taken off last, (rows,) robust standard deviation.
+
+    """
+    overall = 1.4826 * float(np.median(np.abs(deviation))) + finest
+    mean, spread = core_of(deviation, cell, shape[0], overall)
+    middle = arc[0] + (np.arange(shape[1]) + 0.5) * arc[1] / shape[1]
+    cosine, sine = np.cos(middle), np.sin(middle)
+    matrix, right = _motion_equations(deviation, cell, place, normal, mean, spread, cosine, sine)
+    if right.any():
+        motion = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
+        deviation = _moved(deviation, cell, place, normal, motion, cosine, sine)
+    mean, spread = core_of(deviation, cell, shape[0], overall)
+    deviation = deviation - mean[cell[:, 0]]
+    return deviation, mean, np.maximum(spread, _QUIETEST * overall)
+
+
+@njit(cache=True, nogil=True)
+def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Floats, Floats]:
+    """Mean and standard deviation of each row's core, found from outside inwards. O(N)."""
+    mean, spread = np.zeros(rows), np.full(rows, 3.0 * overall)
+    for _ in range(_CORE_PASSES):
+        count, total, square = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+        for i in range(len(values)):
+            row = cell[i, 0]
+            x = values[i] - mean[row]
+            if abs(x) <= _CORE * spread[row]:
+                count[row] += 1.0
+                total[row] += x
+                square[row] += x * x
+        for row in range(rows):
+            if count[row] > 7.0:
+                shift = total[row] / count[row]
+                variance = max(square[row] / count[row] - shift * shift, 0.0)
+                mean[row] += shift
+                spread[row] = max(np.sqrt(variance) / _CORE_SPREAD, 1e-3 * overall)
+    return mean, spread
+
+
+@njit(cache=True, nogil=True)
+def _motion_equations(  # noqa: PLR0917 (a kernel)
+    deviation: Floats,
+    cell: Ints32,
+    place: Floats,
+    normal: Floats,
+    mean: Floats,
+    spread: Floats,
+    cosine: Floats,
+    sine: Floats,
+) -> tuple[Floats, Floats]:
+    """Normal equations of (shift along x, along y, tilt in xz, tilt in yz), each row's mean eliminated."""
+    rows = len(mean)
+    sums = np.zeros((rows, 6))
+    matrix, right = np.zeros((4, 4)), np.zeros(4)
+    basis = np.empty(4)
+    for i in range(len(deviation)):
+        row, column = cell[i]
+        x = deviation[i] - mean[row]
+        if abs(x) > 4.0 * spread[row]:
+            continue
+        w = 1.0 / (spread[row] * spread[row])
+        lever = place[i, 0] * normal[i, 1] - place[i, 1] * normal[i, 0]
+        c, s = cosine[column], sine[column]
+        basis[0], basis[1], basis[2], basis[3] = normal[i, 1] * c, normal[i, 1] * s, lever * c, lever * s
+        sums[row, 4] += 1.0
+        sums[row, 5] += x
+        for j in range(4):
+            sums[row, j] += basis[j]
+            right[j] += w * basis[j] * x
+            for k in range(4):
+                matrix[j, k] += w * basis[j] * basis[k]
+    for row in range(rows):
+        if sums[row, 4] == 0.0:
+            continue
+        w = 1.0 / (spread[row] * spread[row] * sums[row, 4])
+        for j in range(4):
+            right[j] -= w * sums[row, j] * sums[row, 5]
+            for k in range(4):
+                matrix[j, k] -= w * sums[row, j] * sums[row, k]
+    return matrix, right
+
+
+@njit(cache=True, nogil=True)
+def _moved(  # noqa: PLR0917 (a kernel)
+    deviation: Floats,
+    cell: Ints32,
+    place: Floats,
+    normal: Floats,
+    motion: Floats,
+    cosine: Floats,
+    sine: Floats,
+) -> Floats:
+    moved = np.empty(len(deviation))
+    for i in range(len(deviation)):
+        column = cell[i, 1]
+        lever = place[i, 0] * normal[i, 1] - place[i, 1] * normal[i, 0]
+        along_x = normal[i, 1] * motion[0] + lever * motion[2]
+        along_y = normal[i, 1] * motion[1] + lever * motion[3]
+        moved[i] = deviation[i] - along_x * cosine[column] - along_y * sine[column]
+    return moved
+
+
+@njit(cache=True, nogil=True)
+def _local_noise(
+    deviation: Floats, cell: Ints32, spread: Floats, shape: tuple[int, int], wide: int
+) -> Floats:
+    """(N,) standard deviation: of the row, times what the angular sector has more or less than others. O(N)."""
+    sectors = shape[1] // wide + 1
+    count, square = np.zeros(sectors), np.zeros(sectors)
+    for i in range(len(deviation)):
+        z = deviation[i] / spread[cell[i, 0]]
+        if abs(z) < 2.0 * _CORE:
+            count[cell[i, 1] // wide] += 1.0
+            square[cell[i, 1] // wide] += z * z
+    ratio = np.ones(sectors)
+    for k in range(sectors):
+        if count[k] > 50.0:
+            ratio[k] = min(max(np.sqrt(square[k] / count[k]), 0.5), 3.0)
+    sigma = np.empty(len(deviation))
+    for i in range(len(deviation)):
+        sigma[i] = spread[cell[i, 0]] * ratio[cell[i, 1] // wide]
+    return sigma
 
 
 @njit(cache=True, nogil=True)
@@ -127,96 +301,3 @@ def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, in
         count[cell[i, 0], cell[i, 1]] += 1.0
         score[cell[i, 0], cell[i, 1]] += z
     return count, score
-
-
-def levelled(
-    deviation: Floats, row: Ints32, angle: Floats, place: Floats, normal: Floats, rows: int
-) -> Floats:
-    """Deviations less the median of their row and less what a small rigid motion of the axis explains.
-
-    An axis slightly off leaves waves cos(angle), sin(angle), with the lever of the place along the axis; they
-    are no burrs. Robust least squares (Tukey weights) of the four parameters. O(N).
-    """
-    level = deviation - grouped_median(deviation, row, rows)[row]
-    scale = 1.4826 * float(np.median(np.abs(level))) + 1e-12 * float(np.abs(place).max())
-    lever = place[:, 0] * normal[:, 1] - place[:, 1] * normal[:, 0]
-    for _ in range(2):
-        matrix, right = _motion_equations(level, angle, normal[:, 1], lever, scale)
-        ridge = 1e-6 * np.trace(matrix) * np.eye(4) + 1e-300 * np.eye(4)
-        motion = np.linalg.solve(matrix + ridge, right)
-        level = level - (
-            (normal[:, 1] * motion[0] + lever * motion[2]) * np.cos(angle)
-            + (normal[:, 1] * motion[1] + lever * motion[3]) * np.sin(angle)
-        )
-        level = level - grouped_median(level, row, rows)[row]
-    return level
-
-
-@njit(cache=True, nogil=True)
-def _motion_equations(
-    level: Floats, angle: Floats, radial: Floats, lever: Floats, scale: float
-) -> tuple[Floats, Floats]:
-    matrix, right = np.zeros((4, 4)), np.zeros(4)
-    basis = np.empty(4)
-    for i in range(len(level)):
-        x = level[i] / (4.685 * scale)
-        if not -1.0 < x < 1.0:
-            continue
-        w = (1.0 - x * x) ** 2
-        c, s = np.cos(angle[i]), np.sin(angle[i])
-        basis[0], basis[1], basis[2], basis[3] = radial[i] * c, radial[i] * s, lever[i] * c, lever[i] * s
-        for j in range(4):
-            right[j] += w * basis[j] * level[i]
-            for k in range(4):
-                matrix[j, k] += w * basis[j] * basis[k]
-    return matrix, right
-
-
-def local_noise(
-    deviation: Floats, row: Ints32, column: Ints32, shape: tuple[int, int], step_rad: float
-) -> Floats:
-    """(N,) robust standard deviation: of the row, times what the angular sector has more than others. O(N)."""
-    size = np.abs(deviation)
-    by_row = 1.4826 * grouped_median(size, row, shape[0])
-    overall = 1.4826 * float(np.median(size))
-    by_row = np.maximum(_widest(by_row), 0.3 * overall + 1e-9)
-    wide = max(int(np.radians(10.0) / step_rad), 1)
-    sector = column // wide
-    ratio = grouped_median(size / by_row[row], sector, shape[1] // wide + 1) * 1.4826
-    sigma: Floats = by_row[row] * np.maximum(np.nan_to_num(ratio, nan=1.0), 0.5)[sector]
-    return sigma
-
-
-def _widest(values: Floats) -> Floats:
-    """Each row's noise is at least its neighbours': a crease's noise leaks by a row."""
-    known = np.nan_to_num(values)
-    padded = np.pad(known, 1, mode="edge")
-    widest: Floats = np.maximum(known, np.minimum(np.maximum(padded[:-2], padded[2:]), 3.0 * known + 1e-300))
-    return widest
-
-
-@njit(cache=True, nogil=True)
-def grouped_median(values: Floats, group: Ints32, groups: int) -> Floats:
-    """Median of the values of each group, NaN for an empty one. O(N)."""
-    first = np.zeros(groups + 1, np.int64)
-    for g in group:
-        first[g + 1] += 1
-    first = np.cumsum(first)
-    at = first[:-1].copy()
-    ordered = np.empty(len(values))
-    for i in range(len(values)):
-        ordered[at[group[i]]] = values[i]
-        at[group[i]] += 1
-    median = np.full(groups, np.nan)
-    for g in range(groups):
-        if first[g + 1] > first[g]:
-            median[g] = np.median(ordered[first[g] : first[g + 1]])
-    return median
-
-
-def to_mesh(z: float, r: float, angle: float, axis: Axis) -> Floats:
-    """A point given in cylindrical coordinates about the axis, in the frame of the mesh, (3,)."""
-    transform = T_part_mesh(axis.point_mm, axis.direction)
-    part = np.array([r * np.cos(angle), r * np.sin(angle), z])
-    point: Floats = transform[:3, :3].T @ (part - transform[:3, 3])
-    return point

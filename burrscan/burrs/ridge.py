@@ -7,11 +7,12 @@ usual idealisation, and the seed's), p = 2 a rounded one; the data choose.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools, Floats, Ints
 
 _STEPS = 25
 _HUBER = 3.0
@@ -19,6 +20,14 @@ _BETTER = 10.0
 """Drop of the weighted sum of squares that a richer cross-section must bring (BIC for thousands of points)."""
 _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
+_CLEARLY_WORSE = 8.0
+"""Rise of the weighted sum of squares that rules a width out."""
+_F_TEST = 8.0
+"""F ratio (2 and many degrees of freedom) from which the height is taken to change along the burr."""
+_HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
+"""Tried first, in vertex spacings."""
+_SYMMETRIC = np.array([True, True, True, True, False])
+_ALL = np.ones(5, dtype=np.bool_)
 
 
 @dataclass(frozen=True)
@@ -48,45 +57,52 @@ class Ridge:
 
     Parameters
     ----------
-    height_mm, centre_mm, slope, left_mm, right_mm
-        Crest height, position across at u = 0, its change with u, and the two half-widths of the base.
+    parameters
+        (5,) crest height, position across at u = 0, its change with u, half-width w of the base, and asymmetry a:
+        the base reaches w (1 - a) to the left and w (1 + a) to the right of the crest.
+    covariance
+        (5, 5) of those.
     power
         p of the cross-section.
-    covariance
-        (5, 5) of those five.
     start_mm, end_mm
         Extent along u.
     chi2
         Weighted sum of squares, robust.
+    noise_mm
+        Standard deviation of the height, all else taken as known.
+    misfit
+        ``chi2`` per vertex.
 
     """
 
-    height_mm: float
-    centre_mm: float
-    slope: float
-    left_mm: float
-    right_mm: float
-    power: int
+    parameters: Floats
     covariance: Floats
+    power: int
     start_mm: float
     end_mm: float
     chi2: float
+    noise_mm: float
+    misfit: float
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the crest."""
+        return float(self.parameters[0])
 
     @property
     def width_mm(self) -> float:
         """Base width across the burr."""
-        return self.left_mm + self.right_mm
+        return float(2.0 * self.parameters[3])
 
     @property
     def fullness(self) -> float:
         """Cross-section area over height times width."""
         return self.power / (self.power + 1.0)
 
-    @property
-    def noise_mm(self) -> float:
-        """Standard deviation of the height, the base's width taken as known."""
-        normal = np.linalg.pinv(self.covariance)
-        return float(1.0 / np.sqrt(max(normal[0, 0], 1e-300)))
+    def base_middle_mm(self, u_mm: float) -> float:
+        """Position across of the middle of the base."""
+        _, centre, slope, half, asymmetry = self.parameters
+        return float(centre + slope * u_mm + half * asymmetry)
 
     def sigma_of(self, gradient: list[float]) -> float:
         """Standard deviation of a combination of the five parameters."""
@@ -95,13 +111,10 @@ class Ridge:
 
     def shape(self, patch: Patch) -> Floats:
         """(N,) height of the unit ridge at each vertex, without regard to its ends."""
-        q = _offset(patch, self.parameters)[0]
-        return np.clip(1.0 - np.abs(q) ** self.power, 0.0, None)
-
-    @property
-    def parameters(self) -> Floats:
-        """The five parameters as an array."""
-        return np.array([self.height_mm, self.centre_mm, self.slope, self.left_mm, self.right_mm])
+        _, centre, slope, half, asymmetry = self.parameters
+        v = patch.v_mm - centre - slope * patch.u_mm
+        q = np.abs(v) / (half * np.where(v < 0.0, 1.0 - asymmetry, 1.0 + asymmetry))
+        return np.clip(1.0 - q**self.power, 0.0, None)
 
 
 def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
@@ -109,23 +122,28 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
 
     Notes
     -----
-    Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths. O(N) per step.
+    Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths; then the simplest
+    cross-section that no richer one beats clearly. Where two or three vertices across leave a trade between height
+    and width open, the mean over the widths that explain the data. O(N) per step.
 
     """
-    inside = (patch.u_mm >= start[0]) & (patch.u_mm <= start[1])
-    guess = _guess(_part(patch, inside), spacing_mm)
+    inside = _between(patch, start)
+    guess = _guess(inside, spacing_mm)
     if guess is None:
         return None
-    ridge = _fitted(_part(patch, inside), guess, 1, symmetric=True, extent=start, spacing=spacing_mm)
+    ridge = _fitted(inside, guess, 1, _SYMMETRIC, start, spacing_mm)
     for _ in range(2):
         extent = _extent(patch, ridge, spacing_mm)
-        inside = (patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1])
-        if inside.sum() < 6:
+        inside = _between(patch, extent)
+        if len(inside.u_mm) < 6:
             return None
-        ridge = _fitted(
-            _part(patch, inside), ridge.parameters, 1, symmetric=True, extent=extent, spacing=spacing_mm
-        )
-    return _richest(_part(patch, inside), ridge, spacing_mm)
+        ridge = _fitted(inside, ridge.parameters, 1, _SYMMETRIC, extent, spacing_mm)
+    ridge = _richest(inside, ridge, spacing_mm)
+    return _averaged(inside, ridge, spacing_mm)
+
+
+def _between(patch: Patch, extent: tuple[float, float]) -> Patch:
+    return _part(patch, (patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1]))
 
 
 def _part(patch: Patch, inside: Bools) -> Patch:
@@ -133,20 +151,12 @@ def _part(patch: Patch, inside: Bools) -> Patch:
 
 
 def _richest(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
-    """The simplest cross-section that no richer one beats clearly."""
     extent = (ridge.start_mm, ridge.end_mm)
-    for power, symmetric in ((2, True), (1, False), (2, False)):
-        other = _fitted(patch, ridge.parameters, power, symmetric=symmetric, extent=extent, spacing=spacing)
+    for power, free in ((2, _SYMMETRIC), (1, _ALL), (2, _ALL)):
+        other = _fitted(patch, ridge.parameters, power, free, extent, spacing)
         if other.chi2 < ridge.chi2 - _BETTER * max(1.0, ridge.chi2 / max(len(patch.u_mm), 1)):
             ridge = other
     return ridge
-
-
-def _offset(patch: Patch, parameters: Floats) -> tuple[Floats, Floats]:
-    """Place across in units of the half-width, and the half-width that applies."""
-    v = patch.v_mm - parameters[1] - parameters[2] * patch.u_mm
-    width = np.where(v < 0.0, parameters[3], parameters[4])
-    return v / width, width
 
 
 def _guess(patch: Patch, spacing: float) -> Floats | None:
@@ -156,88 +166,171 @@ def _guess(patch: Patch, spacing: float) -> Floats | None:
     rising = patch.lift_mm > 3.0 * patch.sigma_mm
     near = patch.v_mm[rising] if rising.sum() > 3 else patch.v_mm
     low, high = np.quantile(near, [0.02, 0.98])
-    centres = np.linspace(low, high, max(int((high - low) / (0.25 * spacing)) + 1, 3))[:60]
-    half = spacing * np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
-    weight = patch.sigma_mm**-2
-    shape = np.clip(1.0 - np.abs(patch.v_mm - centres[:, None, None]) / half[:, None], 0.0, None)
-    power, match = (shape**2) @ weight, shape @ (weight * patch.lift_mm)
-    gain = np.where((power > 0.0) & (match > 0.0), match**2 / np.maximum(power, 1e-300), 0.0)
-    i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
-    if gain[i, j] == 0.0:
-        return None
-    return np.array([match[i, j] / power[i, j], centres[i], 0.0, half[j], half[j]])
+    count = min(max(int((high - low) / (0.25 * spacing)) + 1, 3), 60)
+    best = _best_of_grid(
+        patch.v_mm, patch.lift_mm, patch.sigma_mm, np.linspace(low, high, count), spacing * _HALF_WIDTHS
+    )
+    return np.array([best[0], best[1], 0.0, best[2], 0.0]) if best[0] > 0.0 else None
+
+
+@njit(cache=True, nogil=True)
+def _best_of_grid(
+    v: Floats, lift: Floats, sigma: Floats, centres: Floats, halves: Floats
+) -> tuple[float, float, float]:
+    """Height, position and half-width of the best triangle."""
+    best, height, centre, half = 0.0, 0.0, 0.0, 0.0
+    for c in centres:
+        for w in halves:
+            power, match = 0.0, 0.0
+            for i in range(len(v)):
+                shape = 1.0 - abs(v[i] - c) / w
+                if shape > 0.0:
+                    weight = shape / (sigma[i] * sigma[i])
+                    power += weight * shape
+                    match += weight * lift[i]
+            if match > 0.0 and match * match / power > best:
+                best, height, centre, half = match * match / power, match / power, c, w
+    return height, centre, half
 
 
 def _fitted(
-    patch: Patch,
-    start: Floats,
-    power: int,
-    *,
-    symmetric: bool,
-    extent: tuple[float, float],
-    spacing: float,
+    patch: Patch, start: Floats, power: int, free: Bools, extent: tuple[float, float], spacing: float
 ) -> Ridge:
-    """Levenberg-Marquardt on (height, centre, slope, left, right); one width for both sides if symmetric."""
-    tie = np.eye(5)
-    if symmetric:
-        tie = np.delete(tie, 4, axis=1)
-        tie[4, 3] = 1.0
-    if np.ptp(patch.u_mm) < 3.0 * spacing:
-        tie = np.delete(tie, 2, axis=1)
-    parameters, damping = start.copy(), 1e-3
-    chi2, residual, jacobian, weight = _model(patch, parameters, power)
+    """Levenberg-Marquardt over the free parameters; the slope only where the burr is long enough for one."""
+    free = free.copy()
+    free[2] &= bool(np.ptp(patch.u_mm) >= 3.0 * spacing)
+    parameters, chi2, normal = _descend(
+        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, start.copy(), power, free, 0.35 * spacing
+    )
+    misfit = max(1.0, chi2 / max(len(patch.u_mm) - int(free.sum()), 1))
+    noise = float(np.sqrt(misfit / max(normal[0, 0], 1e-300)))
+    return Ridge(
+        parameters,
+        _covariance(normal / misfit, free, spacing),
+        power,
+        *extent,
+        chi2,
+        noise,
+        chi2 / len(patch.u_mm),
+    )
+
+
+def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
+    """Inverse of the normal matrix of the free parameters, the width held to a vertex spacing at worst."""
+    normal = normal + np.diag([0.0, 0.0, 0.0, spacing**-2, 1.0])
+    some = normal[np.ix_(free, free)]
+    scale = np.sqrt(np.maximum(np.diag(some), 1e-300))
+    covariance = np.zeros((5, 5))
+    covariance[np.ix_(free, free)] = np.linalg.pinv(some / np.outer(scale, scale)) / np.outer(scale, scale)
+    return covariance
+
+
+@njit(cache=True, nogil=True)
+def _equations(  # noqa: PLR0917 (a kernel)
+    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int
+) -> tuple[float, Floats, Floats]:
+    """Robust chi-square, gradient and normal matrix."""
+    chi2, gradient, normal, row = 0.0, np.zeros(5), np.zeros((5, 5)), np.empty(5)
+    for i in range(len(u)):
+        x = v[i] - p[1] - p[2] * u[i]
+        sense = 1.0 if x >= 0.0 else -1.0
+        stretch = 1.0 + sense * p[4]
+        q = abs(x) / (p[3] * stretch)
+        shape, steep = 0.0, 0.0
+        if q < 1.0:
+            shape = 1.0 - q**power
+            steep = p[0] * power * q ** (power - 1)
+        residual = lift[i] - p[0] * shape
+        z = abs(residual) / sigma[i]
+        w = 1.0 / (sigma[i] * sigma[i])
+        if z > _HUBER:
+            w *= _HUBER / z
+            chi2 += 2.0 * _HUBER * z - _HUBER * _HUBER
+        else:
+            chi2 += z * z
+        if q >= 1.0:
+            continue
+        row[0] = shape
+        row[1] = steep * sense / (p[3] * stretch)
+        row[2] = row[1] * u[i]
+        row[3] = steep * q / p[3]
+        row[4] = steep * q * sense / stretch
+        for j in range(5):
+            gradient[j] += w * row[j] * residual
+            for k in range(5):
+                normal[j, k] += w * row[j] * row[k]
+    return chi2, gradient, normal
+
+
+@njit(cache=True, nogil=True)
+def _descend(  # noqa: PLR0917 (a kernel)
+    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, free: Bools, narrowest: float
+) -> tuple[Floats, float, Floats]:
+    damping = 1e-3
+    chi2, gradient, normal = _equations(u, v, lift, sigma, p, power)
     for _ in range(_STEPS):
-        reduced = jacobian @ tie
-        normal = reduced.T @ (weight[:, None] * reduced)
-        gradient = reduced.T @ (weight * residual)
-        scaled = normal + damping * np.diag(np.diag(normal) + 1e-12)
-        trial = parameters + tie @ np.linalg.lstsq(scaled, gradient, rcond=None)[0]
-        trial[3:] = np.maximum(trial[3:], 0.35 * spacing)
-        outcome = _model(patch, trial, power)
-        if outcome[0] < chi2:
-            done = chi2 - outcome[0] < 1e-4 * (1.0 + 1e-3 * chi2)
-            parameters, damping = trial, 0.3 * damping
-            chi2, residual, jacobian, weight = outcome
-            if done:
+        system = np.eye(5)
+        right = np.zeros(5)
+        for j in range(5):
+            if not free[j]:
+                continue
+            right[j] = gradient[j]
+            for k in range(5):
+                if free[k]:
+                    system[j, k] = normal[j, k]
+            system[j, j] = normal[j, j] * (1.0 + damping) + 1e-12 * (normal[0, 0] + 1e-300)
+        trial = p + np.linalg.solve(system, right)
+        trial[3] = max(trial[3], narrowest)
+        trial[4] = min(max(trial[4], -0.8), 0.8)
+        outcome, next_gradient, next_normal = _equations(u, v, lift, sigma, trial, power)
+        if outcome < chi2:
+            gain = chi2 - outcome
+            p, chi2, gradient, normal = trial, outcome, next_gradient, next_normal
+            damping *= 0.3
+            if gain < 1e-4 * (1.0 + 1e-3 * chi2):
                 break
         else:
             damping *= 8.0
-    prior = tie.T @ np.diag([0.0, 0.0, 0.0, 1.0, 1.0]) @ tie / spacing**2
-    covariance = _covariance(jacobian @ tie, weight, chi2, prior)
-    return Ridge(*map(float, parameters), power, tie @ covariance @ tie.T, *extent, chi2)
+            if damping > 1e8:
+                break
+    return p, chi2, normal
 
 
-def _model(patch: Patch, parameters: Floats, power: int) -> tuple[float, Floats, Floats, Floats]:
-    """Robust chi-square, residuals, Jacobian and weights."""
-    q, width = _offset(patch, parameters)
-    size = np.abs(q)
-    on = size < 1.0
-    shape = np.where(on, 1.0 - size**power, 0.0)
-    steep = np.where(on, parameters[0] * power * size ** (power - 1) * np.sign(q) / width, 0.0)
-    wider = np.where(on, parameters[0] * power * size**power / width, 0.0)
-    jacobian = np.stack(
-        [shape, steep, steep * patch.u_mm, np.where(q < 0.0, wider, 0.0), np.where(q >= 0.0, wider, 0.0)],
-        axis=1,
-    )
-    residual = patch.lift_mm - parameters[0] * shape
-    z = np.abs(residual) / patch.sigma_mm
-    weight = np.minimum(1.0, _HUBER / np.maximum(z, 1e-12)) / patch.sigma_mm**2
-    chi2 = float(np.where(z < _HUBER, z**2, 2.0 * _HUBER * z - _HUBER**2).sum())
-    return chi2, residual, jacobian, weight
+def _at_width(patch: Patch, ridge: Ridge, half: float, spacing: float) -> Ridge:
+    """The best ridge of a given half-width."""
+    start = ridge.parameters.copy()
+    start[0], start[3] = start[0] * start[3] / half, half
+    extent = (ridge.start_mm, ridge.end_mm)
+    return _fitted(patch, start, ridge.power, _SYMMETRIC & ~np.eye(5, dtype=np.bool_)[3], extent, spacing)
 
 
-def _covariance(jacobian: Floats, weight: Floats, chi2: float, prior: Floats) -> Floats:
-    """Inverse normal matrix, enlarged where the model misses the data by more than their noise.
+def _determined(patch: Patch, ridge: Ridge, spacing: float) -> bool:
+    """Whether the data refuse a burr narrower or wider by a fifth."""
+    limit = ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
+    half = float(ridge.parameters[3])
+    return all(_at_width(patch, ridge, share * half, spacing).chi2 > limit for share in (0.8, 1.25))
 
-    Two or three vertices across a burr leave a trade between height and width open; the prior says no more than
-    that the width is known to a vertex spacing, so that the stated uncertainty shows the trade.
+
+def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
+    """The ridge of the mean half-width, every width weighted by how well it explains the data.
+
+    Two vertices on a burr, with none at their sides, are explained equally well by widths from half a vertex
+    spacing to one and a half, at heights from one and a half times theirs to infinity. The weights are even in
+    height, place and width (which leaves a factor of the width once the first two are integrated out), and a
+    burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
     """
-    normal = jacobian.T @ (weight[:, None] * jacobian)
-    normal = normal / max(1.0, chi2 / max(len(jacobian) - len(normal), 1)) + prior
-    scale = np.sqrt(np.diag(normal))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    covariance: Floats = np.linalg.pinv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
-    return covariance
+    if _determined(patch, ridge, spacing):
+        return ridge
+    widest = max(2.0, 2.0 * float(ridge.parameters[3]) / spacing)
+    halves = np.arange(0.4, widest, 0.05)[:60] * spacing
+    fits = [_at_width(patch, ridge, float(half), spacing) for half in halves]
+    chi2 = np.array([fit.chi2 for fit in fits])
+    aspect = np.log(np.array([fit.height_mm / fit.width_mm for fit in fits]).clip(1e-6))
+    weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
+    weight /= weight.sum()
+    middle = _at_width(patch, ridge, float(weight @ halves), spacing)
+    off = np.array([fit.parameters for fit in fits]) - middle.parameters
+    return replace(middle, covariance=middle.covariance + off.T @ (weight[:, None] * off))
 
 
 def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
@@ -266,43 +359,50 @@ def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def heights_along(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:
+def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:
     """Largest height along the burr and its standard deviation.
 
-    The burr is cut into stretches of at least ``least_mm``. Where their heights agree within noise (chi-square,
-    1 %) the common height is the answer; else the largest of them, smoothed over neighbours.
+    The burr is cut into stretches of at least ``least_mm``; through their heights goes a parabola, robustly. Where
+    it explains no more than noise would (F test, about 1 %) the common height is the answer, else its maximum.
     """
-    sigma = float(np.sqrt(ridge.covariance[0, 0]))
+    sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
-    count = int(np.clip(length / least_mm, 1, 16))
-    inside = (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
-    part = _part(patch, inside)
-    if count < 3 or len(part.u_mm) < 6 * count:
+    count = int(np.clip(length / least_mm, 1, 24))
+    if count < 6:
         return ridge.height_mm, sigma
-    shape = ridge.shape(part)
-    stretch = np.minimum(((part.u_mm - ridge.start_mm) / length * count).astype(np.int64), count - 1)
-    weight = 1.0 / part.sigma_mm**2
-    power = np.bincount(stretch, weights=weight * shape**2, minlength=count)
-    height = np.bincount(stretch, weights=weight * shape * part.lift_mm, minlength=count)
-    height /= np.maximum(power, 1e-300)
-    misfit = np.bincount(
-        stretch, weights=weight * (part.lift_mm - height[stretch] * shape) ** 2, minlength=count
+    part = _between(patch, (ridge.start_mm, ridge.end_mm))
+    place = (part.u_mm - ridge.start_mm) / length
+    share, weight = _relative_heights(
+        part, ridge, np.minimum((place * count).astype(np.int64), count - 1), count
     )
-    number = np.bincount(stretch, minlength=count)
-    spread = np.sqrt(np.maximum(misfit / np.maximum(number - 1, 1), 1.0) / np.maximum(power, 1e-300))
-    return _largest(height, spread, power > 0.0, ridge.height_mm, sigma)
+    gain, gain_sigma = _crest(2.0 * (np.arange(count) + 0.5) / count - 1.0, share, weight)
+    return ridge.height_mm * gain, float(np.hypot(sigma * gain, ridge.height_mm * gain_sigma))
 
 
-def _largest(
-    height: Floats, spread: Floats, known: Bools, common: float, sigma: float
-) -> tuple[float, float]:
-    height, spread = height[known], spread[known]
-    count = len(height)
-    chi2 = float((((height - common) / spread) ** 2).sum())
-    # Wilson-Hilferty: the 99 % point of chi-square with n degrees of freedom.
-    if count < 3 or chi2 < count * (1.0 - 2.0 / (9.0 * count) + 2.326 * np.sqrt(2.0 / (9.0 * count))) ** 3:
-        return common, sigma
-    padded = np.pad(height, 1, mode="edge")
-    smooth = 0.25 * padded[:-2] + 0.5 * height + 0.25 * padded[2:]
-    best = int(np.argmax(smooth))
-    return float(smooth[best]), float(spread[best] * 0.61)
+def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> tuple[Floats, Floats]:
+    """Height of each stretch over the ridge's, and its weight; none where nothing of the burr is seen."""
+    model = ridge.height_mm * ridge.shape(patch)
+    residual = np.abs(patch.lift_mm - model)
+    w = np.minimum(1.0, _HUBER * patch.sigma_mm / np.maximum(residual, 1e-300)) / patch.sigma_mm**2
+    weight = np.bincount(stretch, weights=w * model**2, minlength=count)
+    match = np.bincount(stretch, weights=w * model * patch.lift_mm, minlength=count)
+    return match / np.maximum(weight, 1e-300), weight
+
+
+def _crest(x: Floats, share: Floats, weight: Floats) -> tuple[float, float]:
+    """Maximum over -1 to 1 of the parabola through the heights, relative to the common one, and its sigma."""
+    design = np.stack([np.ones_like(x), x, x * x], axis=1)
+    robust = (weight > 0.2 * np.median(weight)).astype(np.float64)
+    for _ in range(4):
+        rows = np.sqrt(robust)[:, None] * design
+        curve = np.linalg.lstsq(rows, np.sqrt(robust) * share, rcond=None)[0]
+        off = share - design @ curve
+        spread = 1.4826 * float(np.median(np.abs(off[robust > 0.0]))) + 1e-9
+        robust *= np.abs(off) < 4.0 * spread
+    flat = share - np.average(share, weights=robust) if robust.any() else off
+    free = max(float(robust.sum()) - 3.0, 1.0)
+    bent, straight = float(robust @ off**2), float(robust @ flat**2)
+    if free < 3.0 or (straight - bent) / 2.0 < _F_TEST * bent / free:
+        return 1.0, 0.0
+    heights = np.stack([np.ones(101), (t := np.linspace(-1.0, 1.0, 101)), t * t], axis=1) @ curve
+    return float(heights.max()), float(np.sqrt(3.0 * bent / free / robust.sum()))
