@@ -154,7 +154,7 @@ def _burr_phrase(
     calls, their_calls = summarise("false_calls", ours), summarise("false_calls", theirs)
     return (
         f"it finds {found} of {burrs} burrs ({other}: {their_found}), "
-        f"with {calls:.2g} false calls a case ({other}: {their_calls:.2g})"
+        f"with {number(calls, 'count')} false calls a case ({other}: {number(their_calls, 'count')})"
     )
 
 

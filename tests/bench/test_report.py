@@ -126,7 +126,7 @@ def test_the_verdict_counts_what_the_records_say(tmp_path: Path) -> None:
     assert sentence == (
         f"adaptive measures {100 * adaptive:.1f} % of the measurable pixels, "
         f"{100 * (adaptive - fixed):.1f} points more than fixed, and is ahead in 6 of 6 cases; "
-        "it finds 6 of 6 burrs (fixed: 4), with 0 false calls a case (fixed: 0.33)."
+        "it finds 6 of 6 burrs (fixed: 4), with 0 false calls a case (fixed: 0.3)."
     )
     (alone,) = summary.verdict(run.records, ["fixed"])
     assert "finds 4 of 6 burrs in 6 cases" in alone
