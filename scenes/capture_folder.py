@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burrscan.captures import RecordingScanner
 from burrscan.errors import InputError
@@ -72,7 +73,7 @@ def _write(simulation: Simulation, strategy: object, folder: Path) -> None:
     np.savez_compressed(folder / "truth.npz", **truth_arrays(simulation.truth))  # type: ignore[arg-type]
 
 
-def truth_arrays(truth: Truth) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+def truth_arrays(truth: Truth) -> dict[str, NDArray[np.generic]]:
     """The truth as plain arrays, units in the names; see :class:`scenes.truth.Truth`."""
     names = (
         "T_part_camera",
@@ -88,9 +89,7 @@ def truth_arrays(truth: Truth) -> dict[str, np.ndarray]:  # type: ignore[type-ar
         "burr_index",
     )
     arrays = {name: getattr(truth, name) for name in names}
-    burrs = [
-        {k: v for k, v in asdict(b).items() if not isinstance(v, np.ndarray)} for b in truth.wheel.burrs
-    ]
+    burrs = [{k: v for k, v in asdict(b).items() if not isinstance(v, np.ndarray)} for b in truth.wheel.burrs]
     return arrays | {
         "generatrix_zr_mm": truth.wheel.generatrix_zr_mm,
         "burrs_json": np.array(json.dumps(burrs)),

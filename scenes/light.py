@@ -68,8 +68,8 @@ class StockLight:
 
 
 def stock_light(
-    mi: Any,  # noqa: ANN401
-    mesh: Any,  # noqa: ANN401
+    mi: Any,
+    mesh: Any,
     optics: Optics,
     hits: Hits,
     *,

@@ -1,9 +1,9 @@
 """The physical limit: how well the best possible scan could measure each camera pixel.
 
 The yardstick is an 8-step sine of 16 projector pixels at the brightest light and the longest exposure that do
-not saturate the pixel. Its Cramér-Rao bound on the projector column is ``P / (2π) · sqrt(2 / N) · σ / A``, with
-A the amplitude of the modulated direct light and σ the noise at its mean level, in electrons (see e.g. Bouquet,
-Thorstensen, Bakke & Risholm 2017, eq. 9).
+not saturate the pixel. Its Cramér-Rao bound on the projector column is ``P / (2π) · sqrt(2 / N) · σ / A``,
+with A the amplitude of the modulated direct light and σ the noise at its mean level, in electrons (see e.g.
+Bouquet, Thorstensen, Bakke & Risholm 2017, eq. 9).
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class PoseSpec:
     offset_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def T_camera_part(self, *, standoff_mm: float, middle_z_mm: float) -> Floats:  # noqa: N802
-        """4×4 motion from part to camera coordinates; the axis point at ``middle_z_mm`` goes to the target."""
+        """4×4 motion from part to camera; the axis point at ``middle_z_mm`` goes to the target."""
         turns = (
             Rotation.from_euler("z", self.roll_deg, degrees=True)
             * Rotation.from_euler("y", self.yaw_deg, degrees=True)

@@ -108,7 +108,7 @@ class RigSpec:
 
 
 def _look_at(centre: Floats, target: Floats, roll: float) -> Floats:
-    """4×4 motion into the frame of a device at ``centre`` that looks at ``target``, its rows level but for the roll."""
+    """4×4 motion into the frame of a device that looks at ``target``, rows level but for the roll."""
     forward = (target - centre) / np.linalg.norm(target - centre)
     right = np.cross([0.0, 1.0, 0.0], forward)
     right /= np.linalg.norm(right)

@@ -1,4 +1,4 @@
-"""A scene as written in TOML: the wheel, its burrs and finish, its pose, the rig, the electronics, the light."""
+"""A scene as written in TOML: wheel, burrs, finish, pose, rig, electronics, light."""
 
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ class SceneSpec:
     burr
         The burrs on it; those that the wheel comes with by default.
     finish
-        A name of the catalogue, or a table of its own; a table with a ``name`` overrides a part of that finish.
+        A name of the catalogue, or a table of its own; a table with a ``name`` overrides a part of that
+        finish.
     pose, rig, camera, projector, light, render
         See the tables' own classes.
     name, description
@@ -141,12 +142,13 @@ def scene_from(document: Mapping[str, Any], *, source: str) -> SceneSpec:
     return build(SceneSpec, tables, source=source)
 
 
-def _finish_tables(finish: Any) -> Any:  # noqa: ANN401 (what a document holds)
+def _finish_tables(finish: Any) -> Any:
     """A finish by name, or a table that may start from a name and override some of it."""
     if isinstance(finish, str):
         return named_finish(finish)
     if isinstance(finish, Mapping) and isinstance(finish.get("name"), str):
-        return dataclasses.asdict(named_finish(finish["name"])) | {k: v for k, v in finish.items() if k != "name"}
+        changed = {key: value for key, value in finish.items() if key != "name"}
+        return dataclasses.asdict(named_finish(finish["name"])) | changed
     return finish
 
 
@@ -162,7 +164,7 @@ def load_scene(name_or_path: str) -> SceneSpec:
     return scene_from(scene_document(name_or_path), source=name_or_path)
 
 
-def content_hash(*parts: Any) -> str:  # noqa: ANN401 (dataclasses and plain values)
+def content_hash(*parts: Any) -> str:
     """A short hash of what dataclasses and plain values say; equal content gives equal hashes."""
     plain = [
         dataclasses.asdict(p) if dataclasses.is_dataclass(p) and not isinstance(p, type) else p for p in parts

@@ -79,10 +79,13 @@ class SimulatedScanner:
         """
         shortest, longest = self.camera.exposure_range_ms
         if not shortest <= exposure_ms <= longest:
-            raise InputError(f"exposure of {exposure_ms:g} ms is outside the camera's {shortest:g} to {longest:g}")
+            raise InputError(
+                f"exposure of {exposure_ms:g} ms is outside the camera's {shortest:g} to {longest:g}"
+            )
         if patterns.frames.shape[1:] != self._rig.projector.shape:
             raise InputError(
-                f"patterns of {patterns.frames.shape[1:]} do not fit a projector of {self._rig.projector.shape}"
+                f"patterns of {patterns.frames.shape[1:]} do not fit a projector of "
+                f"{self._rig.projector.shape}"
             )
         received = self._light.relight(_projected(patterns, self.projector))
         received += self._light.ambient * self._scene.light.ambient
@@ -97,7 +100,7 @@ class SimulatedScanner:
         )
 
 
-def _projected(patterns: Patterns, projector: ProjectorSheet) -> Any:  # noqa: ANN401 (float32, maybe broadcast)
+def _projected(patterns: Patterns, projector: ProjectorSheet) -> Any:
     """Light of the patterns; frames that do not vary along the rows stay broadcast."""
     light = projector.light.astype(np.float32)
     if patterns.frames.strides[1] == 0:
@@ -109,7 +112,8 @@ def _projected(patterns: Patterns, projector: ProjectorSheet) -> Any:  # noqa: A
 class Simulation:
     """A scene ready to be scanned.
 
-    ``scanner()`` gives a fresh scanner; fresh scanners of one simulation see the same light and the same noise.
+    ``scanner()`` gives a fresh scanner; fresh scanners of one simulation see the same light and the same
+    noise.
     """
 
     scene: SceneSpec
@@ -170,7 +174,9 @@ def optics_of(scene: SceneSpec) -> Optics:
     )
 
 
-def _light(mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, cache_dir: Path | None) -> tuple[Light, Hits]:  # noqa: ANN401
+def _light(
+    mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, cache_dir: Path | None
+) -> tuple[Light, Hits]:
     render = scene.render
     bare = mi.load_dict({"type": "scene", "wheel": mesh})
     hits = centre_hits(mi, bare, optics)
@@ -178,7 +184,9 @@ def _light(mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, cache_dir: Path
         return stock_light(
             mi, mesh, optics, hits, samples=render.samples, bounces=render.bounces, seed=render.seed
         ), hits
-    key = content_hash(scene.wheel, list(scene.burrs), scene.finish, scene.pose, scene.rig, scene.projector, render)
+    key = content_hash(
+        scene.wheel, list(scene.burrs), scene.finish, scene.pose, scene.rig, scene.projector, render
+    )
     transport = stored(
         cache_dir,
         key,

@@ -87,7 +87,7 @@ def truth_of(
     return Truth(
         wheel=wheel,
         rig=rig,
-        T_part_camera=np.linalg.inv(T_camera_part),
+        T_part_camera=np.asarray(np.linalg.inv(T_camera_part), dtype=float),
         points_mm=hits.points_mm,
         u_px=centre[..., 0],
         v_px=centre[..., 1],

@@ -74,8 +74,8 @@ class FolderScanner:
         for shot, frame in zip(shots, patterns.frames, strict=True):
             if not np.array_equal(self._read(shot.pattern, self._rig.projector), frame):
                 raise InputError(
-                    f"{self._folder / shot.pattern}: the recorded pattern '{shot.name}' is not the one this scan "
-                    "would show; scan with the strategy and the parameters that the capture was recorded with"
+                    f"{self._folder / shot.pattern}: the recorded pattern '{shot.name}' is not the one this "
+                    "scan would show; scan with the strategy and the parameters of the recording"
                 )
         return np.stack([self._read(shot.image, self._rig.camera) for shot in shots])
 

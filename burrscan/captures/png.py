@@ -35,6 +35,7 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
         raise InputError(f"{path}: not an image that can be read")
     if image.ndim == 3:
         if np.any(image[..., :3] != image[..., :1]):
-            raise InputError(f"{path}: a colour image; captures are grey, convert it with the camera's own tools")
+            raise InputError(f"{path}: a colour image; captures are grey: convert it first")
         image = image[..., 0]
-    return image.astype(np.uint16)
+    grey: NDArray[np.uint16] = image.astype(np.uint16)
+    return grey

@@ -27,7 +27,18 @@ def _poisson_by_inversion(mean: float, u: float) -> float:
 
 
 @nb.njit(cache=True, parallel=True)
-def _expose(light, rate, gain, black, full_well, read_noise, top, shot_key, read_key, first):  # type: ignore[no-untyped-def]
+def _expose(
+    light: Floats32,
+    rate: float,
+    gain: float,
+    black: float,
+    full_well: float,
+    read_noise: float,
+    top: float,
+    shot_key: np.uint64,
+    read_key: np.uint64,
+    first: int,
+) -> Image:
     frames, pixels = light.shape
     images = np.empty((frames, pixels), np.uint16)
     for block in nb.prange(frames * 16):

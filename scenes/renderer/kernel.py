@@ -43,7 +43,7 @@ def no_core_dump() -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def sphere_and_rays(dr: Any, mi: Any) -> tuple[Any, Any, Any]:  # noqa: ANN401 (untyped modules)
+def sphere_and_rays(dr: Any, mi: Any) -> tuple[Any, Any, Any]:
     """A turned metal sphere, parallel rays that all meet it, and its height under each ray."""
     metal = {"type": "roughconductor", "eta": 1.5, "k": 7.0, "alpha_u": 0.2, "alpha_v": 0.05}
     shape = {"type": "sphere", "bsdf": {"type": "twosided", "metal": metal}}
@@ -55,13 +55,13 @@ def sphere_and_rays(dr: Any, mi: Any) -> tuple[Any, Any, Any]:  # noqa: ANN401 (
     return scene, ray, dr.sqrt(1 - x * x - y * y)
 
 
-def reflect(dr: Any, mi: Any, hit: Any) -> float:  # noqa: ANN401
+def reflect(dr: Any, mi: Any, hit: Any) -> float:
     """Mean reflected share of importance-sampled directions, through a loop, a gather and a scatter."""
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(2, RAYS)
     context, bsdf, total, turn = mi.BSDFContext(), hit.bsdf(), mi.Float(0), mi.UInt32(0)
 
-    def bounce(turn: Any, total: Any) -> tuple[Any, Any]:  # noqa: ANN401
+    def bounce(turn: Any, total: Any) -> tuple[Any, Any]:
         sample, _ = bsdf.sample(context, hit, sampler.next_1d(), sampler.next_2d())
         value, density = bsdf.eval_pdf(context, hit, sample.wo)
         share = dr.select(density > 0, dr.mean(value) / density, 0)

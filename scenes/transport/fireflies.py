@@ -1,10 +1,10 @@
 """Sharing fireflies: interreflected samples that are too bright for the pixel that found them.
 
-Interreflected light comes from few random paths. Where one path carries a lot (a dark pixel that happens to see
-a highlight) the pixel glows alone, which real light never does: it is smooth over neighbouring pixels. Such a
-sample is shared, in equal parts, among the lit pixels of the square tile around it, the smallest of 2×2 to
-16×16 that brings its share below 5 % of the pixel's direct light. Nothing is lost: the mean over aligned tiles
-of 16×16 pixels is unbiased, and the test against stock Mitsuba is made on those.
+Interreflected light comes from few random paths. Where one path carries a lot (a dark pixel that happens to
+see a highlight) the pixel glows alone, which real light never does: it is smooth over neighbouring pixels.
+Such a sample is shared, in equal parts, among the lit pixels of the square tile around it, the smallest of
+2×2 to 16×16 that brings its share below 5 % of the pixel's direct light. Nothing is lost: the mean over
+aligned tiles of 16×16 pixels is unbiased, and the test against stock Mitsuba is made on those.
 """
 
 from __future__ import annotations
@@ -64,9 +64,7 @@ def _receivers(pixel: Ints32, levels: Ints, lit: Floats32, width: int) -> Ints:
 
 
 @nb.njit(cache=True)
-def _hand_out(
-    pixel: Ints32, levels: Ints, counts: Ints, lit: Floats32, width: int
-) -> tuple[Ints32, Ints]:
+def _hand_out(pixel: Ints32, levels: Ints, counts: Ints, lit: Floats32, width: int) -> tuple[Ints32, Ints]:
     """The receiving pixel and the sample of every part."""
     rows = lit.size // width
     receiver = np.empty(counts.sum(), np.int32)

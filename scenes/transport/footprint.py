@@ -1,9 +1,9 @@
 """Where the samples of a pixel's footprint go.
 
-Independent samples would let the mean of a footprint wander by ``1 / sqrt(12 n)`` pixels (0.07 at 16 samples),
-more than the accuracy that is to be measured. Here every set is half of an Owen-scrambled (0, m, 2)-net and its
-mirror image through the pixel's centre: each point is still uniform on the pixel, so every integral stays
-unbiased, but the mean of a set is the centre exactly.
+Independent samples would let the mean of a footprint wander by ``1 / sqrt(12 n)`` pixels (0.07 at 16
+samples), more than the accuracy that is to be measured. Here every set is half of an Owen-scrambled (0, m,
+2)-net and its mirror image through the pixel's centre: each point is still uniform on the pixel, so every
+integral stays unbiased, but the mean of a set is the centre exactly.
 """
 
 from __future__ import annotations

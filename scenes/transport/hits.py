@@ -22,7 +22,7 @@ class Hits(NamedTuple):
     faces: Ints32
 
 
-def centre_hits(mi: Any, scene: Any, optics: Optics) -> Hits:  # noqa: ANN401
+def centre_hits(mi: Any, scene: Any, optics: Optics) -> Hits:
     """Intersect the rays through the pixel centres. O(pixels) rays."""
     view = optics.rig.camera
     rays = view.rays(view.pixel_grid())
@@ -33,7 +33,7 @@ def centre_hits(mi: Any, scene: Any, optics: Optics) -> Hits:  # noqa: ANN401
     return Hits(points.reshape(*view.shape, 3), faces.reshape(view.shape))
 
 
-def _cast_vectorised(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:  # noqa: ANN401
+def _cast_vectorised(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:
     ray = mi.Ray3f(mi.Point3f(0.0), mi.Vector3f(*(np.ascontiguousarray(c) for c in directions.T)))
     hit = scene.ray_intersect_preliminary(ray)
     found = hit.is_valid()
@@ -43,7 +43,7 @@ def _cast_vectorised(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]
     return distance.numpy().astype(float), np.where(found.numpy(), faces.numpy(), -1).astype(np.int32)
 
 
-def _cast_one_by_one(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:  # noqa: ANN401
+def _cast_one_by_one(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:
     distance, faces = np.zeros(len(directions)), np.full(len(directions), -1, np.int32)
     origin = mi.Point3f(0.0)
     for i, direction in enumerate(directions):
@@ -53,5 +53,5 @@ def _cast_one_by_one(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]
     return distance, faces
 
 
-def _vectorised(mi: Any) -> bool:  # noqa: ANN401
+def _vectorised(mi: Any) -> bool:
     return not str(mi.variant()).startswith("scalar")

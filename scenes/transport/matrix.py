@@ -1,9 +1,9 @@
 """The traced light transport of one scene, and relighting as a sparse product.
 
-Light is linear: ``image = T · pattern``. Direct and interreflected light are kept apart, so a decoder's errors
-can be traced to one or the other, and truth (which projector pixel lit this camera pixel) comes for free.
-The unit of light is a perfect white diffuser at the rig's standoff, facing camera and projector, under full
-white.
+Light is linear: ``image = T · pattern``. Direct and interreflected light are kept apart, so a decoder's
+errors can be traced to one or the other, and truth (which projector pixel lit this camera pixel) comes for
+free. The unit of light is a perfect white diffuser at the rig's standoff, facing camera and projector, under
+full white.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class LightTransport:
 
 
 @nb.njit(cache=True, parallel=True)
-def _row_sums(starts, values):  # type: ignore[no-untyped-def]
+def _row_sums(starts: Ints, values: Floats32) -> Floats32:
     sums = np.empty(starts.size - 1, np.float32)
     for p in nb.prange(starts.size - 1):
         total = 0.0
@@ -128,7 +128,9 @@ def _row_sums(starts, values):  # type: ignore[no-untyped-def]
 
 
 @nb.njit(cache=True, parallel=True, fastmath={"contract", "nnan", "ninf"})
-def _add_product(starts, columns, values, table, period, images):  # type: ignore[no-untyped-def]
+def _add_product(
+    starts: Ints, columns: Ints32, values: Floats32, table: Floats32, period: int, images: Floats32
+) -> None:
     """Add rows × table to images; ``period`` > 0 says that the table holds one row of projector columns."""
     pixels = starts.size - 1
     frames = table.shape[1]

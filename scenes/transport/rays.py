@@ -26,7 +26,7 @@ class Lit(NamedTuple):
     weight: Any
 
 
-def _distort(view: View, x: Any, y: Any) -> tuple[Any, Any]:  # noqa: ANN401
+def _distort(view: View, x: Any, y: Any) -> tuple[Any, Any]:
     if view.distortion == NO_DISTORTION:
         return x, y
     k1, k2, p1, p2, k3 = view.distortion
@@ -38,7 +38,7 @@ def _distort(view: View, x: Any, y: Any) -> tuple[Any, Any]:  # noqa: ANN401
     )
 
 
-def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> Any:  # noqa: ANN401
+def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> Any:
     """Rays in the camera frame through pixel coordinates; ``lens`` is a point on the unit disc."""
     view = optics.rig.camera
     x0, y0 = (column - view.cx) / view.fx, (row - view.cy) / view.fy
@@ -55,13 +55,13 @@ def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> An
     return mi.Ray3f(origin, dr.normalize(target - origin))
 
 
-def projected_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any, active: Any) -> Lit:  # noqa: ANN401
+def projected_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any, active: Any) -> Lit:
     """Next-event estimation to the projector at surface interactions ``si``.
 
-    The irradiance of a pixel of unit light is ``π standoff² / (z² cos θ)``: every pixel carries the same flux,
-    and a white diffuser (BRDF 1/π) at the standoff returns 1. This is the radiometry of Mitsuba's ``projector``.
-    A finite pupil is sampled at ``lens`` (unit disc); the ray through it meets the focus plane at the projector
-    pixel that is seen: defocus and penumbra follow.
+    The irradiance of a pixel of unit light is ``π standoff² / (z² cos θ)``: every pixel carries the same
+    flux, and a white diffuser (BRDF 1/π) at the standoff returns 1. This is the radiometry of Mitsuba's
+    ``projector``. A finite pupil is sampled at ``lens`` (unit disc); the ray through it meets the focus plane
+    at the projector pixel that is seen: defocus and penumbra follow.
     """
     rig, view = optics.rig, optics.rig.projector
     rotation = rig.T_projector_camera[:3, :3]

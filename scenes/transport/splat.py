@@ -11,7 +11,7 @@ import math
 import numba as nb
 import numpy as np
 
-from burrscan.arrays import Floats32, Ints, Ints32
+from burrscan.arrays import Floats, Floats32, Ints, Ints32
 from scenes.transport.profile import PixelProfile
 
 _BOX = 12  # widest footprint, in projector pixels, that is merged on a dense grid
@@ -21,7 +21,7 @@ _CHUNK = 4096  # pixels that share one thread's work space
 
 @nb.njit(cache=True, inline="always")
 def _coverage(distance: float, fill: float, blur: float) -> float:
-    """Light at ``distance`` from a pixel's centre: a box of width ``fill`` averaged over a box of width ``blur``."""
+    """Light at ``distance`` from a pixel's centre: a box ``fill`` wide averaged over one ``blur`` wide."""
     if blur <= 0.0:
         return 1.0 / fill if -0.5 * fill <= distance < 0.5 * fill else 0.0
     low = max(distance - 0.5 * blur, -0.5 * fill)
@@ -35,25 +35,43 @@ def _first_tap(x: float, reach: float) -> int:
 
 
 @nb.njit(cache=True)
-def _gather(u, v, w, first, last, shape, fill, blur, box, columns, values):  # type: ignore[no-untyped-def]
-    """Merge the samples ``first .. last`` of one pixel into ``columns``/``values``; return how many entries."""
-    height, width = shape
-    reach = 0.5 * (fill + blur)
-    i0, i1, j0, j1 = 1 << 30, -(1 << 30), 1 << 30, -(1 << 30)
+def _bounds(
+    u: Floats32, v: Floats32, w: Floats32, first: int, last: int, shape: tuple[int, int], reach: float
+) -> tuple[int, int, int, int]:
+    """First row, last row, first column and last column that the samples of one pixel touch."""
+    i0, i1, j0, j1 = 1 << 30, -1, 1 << 30, -1
     for s in range(first, last):
         if w[s] > 0.0:
             i0 = min(i0, _first_tap(v[s], reach))
             i1 = max(i1, math.floor(v[s] + reach))
             j0 = min(j0, _first_tap(u[s], reach))
             j1 = max(j1, math.floor(u[s] + reach))
-    if i1 < i0:
-        return 0
-    i0, i1, j0, j1 = max(i0, 0), min(i1, height - 1), max(j0, 0), min(j1, width - 1)
+    return max(i0, 0), min(i1, shape[0] - 1), max(j0, 0), min(j1, shape[1] - 1)
+
+
+@nb.njit(cache=True)
+def _gather(
+    u: Floats32,
+    v: Floats32,
+    w: Floats32,
+    first: int,
+    last: int,
+    shape: tuple[int, int],
+    fill: float,
+    blur: float,
+    box: Floats,
+    columns: Ints32,
+    values: Floats,
+) -> int:
+    """Merge the samples ``first .. last`` of one pixel into columns and values; return how many."""
+    reach = 0.5 * (fill + blur)
+    i0, i1, j0, j1 = _bounds(u, v, w, first, last, shape, reach)
     rows, cols = i1 - i0 + 1, j1 - j0 + 1
     if rows <= 0 or cols <= 0:
         return 0
     if rows * cols > box.size:
-        return _gather_scattered(u, v, w, first, last, shape, fill, blur, columns, values)
+        scattered: int = _gather_scattered(u, v, w, first, last, shape, fill, blur, columns, values)
+        return scattered
     box[: rows * cols] = 0.0
     for s in range(first, last):
         if w[s] > 0.0:
@@ -64,15 +82,43 @@ def _gather(u, v, w, first, last, shape, fill, blur, box, columns, values):  # t
     count = 0
     for k in range(rows * cols):
         if box[k] > 0.0:
-            columns[count] = (i0 + k // cols) * width + j0 + k % cols
+            columns[count] = (i0 + k // cols) * shape[1] + j0 + k % cols
             values[count] = box[k]
             count += 1
     return count
 
 
 @nb.njit(cache=True)
-def _gather_scattered(u, v, w, first, last, shape, fill, blur, columns, values):  # type: ignore[no-untyped-def]
-    """Like ``_gather`` for a footprint torn apart by a depth edge: insertion into a short sorted list."""
+def _insert(column: int, value: float, columns: Ints32, values: Floats, count: int) -> int:
+    """Add a value to a short sorted list; return its new length."""
+    place = count
+    while place > 0 and columns[place - 1] >= column:
+        place -= 1
+    if place < count and columns[place] == column:
+        values[place] += value
+        return count
+    for k in range(count, place, -1):
+        columns[k] = columns[k - 1]
+        values[k] = values[k - 1]
+    columns[place] = column
+    values[place] = value
+    return count + 1
+
+
+@nb.njit(cache=True)
+def _gather_scattered(
+    u: Floats32,
+    v: Floats32,
+    w: Floats32,
+    first: int,
+    last: int,
+    shape: tuple[int, int],
+    fill: float,
+    blur: float,
+    columns: Ints32,
+    values: Floats,
+) -> int:
+    """Like ``_gather`` for samples far apart: a footprint torn by a depth edge, or interreflected light."""
     height, width = shape
     reach = 0.5 * (fill + blur)
     count = 0
@@ -83,24 +129,22 @@ def _gather_scattered(u, v, w, first, last, shape, fill, blur, columns, values):
             cy = w[s] * _coverage(v[s] - i, fill, blur)
             for j in range(max(_first_tap(u[s], reach), 0), min(math.floor(u[s] + reach), width - 1) + 1):
                 value = cy * _coverage(u[s] - j, fill, blur)
-                column = i * width + j
-                place = count
-                while place > 0 and columns[place - 1] >= column:
-                    place -= 1
-                if place < count and columns[place] == column:
-                    values[place] += value
-                elif value > 0.0:
-                    for k in range(count, place, -1):
-                        columns[k] = columns[k - 1]
-                        values[k] = values[k - 1]
-                    columns[place] = column
-                    values[place] = value
-                    count += 1
+                if value > 0.0:
+                    count = _insert(i * width + j, value, columns, values, count)
     return count
 
 
 @nb.njit(cache=True, parallel=True)
-def _count(u, v, w, offsets, shape, fill, blur, chunk):  # type: ignore[no-untyped-def]
+def _count(
+    u: Floats32,
+    v: Floats32,
+    w: Floats32,
+    offsets: Ints,
+    shape: tuple[int, int],
+    fill: float,
+    blur: float,
+    chunk: int,
+) -> Ints:
     """Entries of each pixel's row."""
     pixels = offsets.size - 1
     counts = np.zeros(pixels, np.int64)
@@ -114,7 +158,17 @@ def _count(u, v, w, offsets, shape, fill, blur, chunk):  # type: ignore[no-untyp
 
 
 @nb.njit(cache=True, parallel=True)
-def _fill(u, v, w, offsets, shape, fill, blur, chunk, starts):  # type: ignore[no-untyped-def]
+def _fill(
+    u: Floats32,
+    v: Floats32,
+    w: Floats32,
+    offsets: Ints,
+    shape: tuple[int, int],
+    fill: float,
+    blur: float,
+    chunk: int,
+    starts: Ints,
+) -> tuple[Ints32, Floats32]:
     """The entries themselves, at their places in the matrix."""
     pixels = offsets.size - 1
     all_columns = np.empty(starts[-1], np.int32)
@@ -132,7 +186,7 @@ def _fill(u, v, w, offsets, shape, fill, blur, chunk, starts):  # type: ignore[n
 
 
 @nb.njit(cache=True)
-def _room(offsets, first, last):  # type: ignore[no-untyped-def]
+def _room(offsets: Ints, first: int, last: int) -> int:
     """Entries that one pixel of a chunk can have at most: nine taps a sample, or a dense box."""
     most = 0
     for p in range(first, last):
@@ -178,7 +232,7 @@ def splat(
 
 
 @nb.njit(cache=True, parallel=True)
-def _centres(u, v, w, offsets):  # type: ignore[no-untyped-def]
+def _centres(u: Floats32, v: Floats32, w: Floats32, offsets: Ints) -> Floats32:
     pixels = offsets.size - 1
     centres = np.full((3, pixels), np.nan, np.float32)
     for p in nb.prange(pixels):
@@ -206,7 +260,16 @@ def response_centres(u_px: Floats32, v_px: Floats32, weight: Floats32, offsets: 
 
 
 @nb.njit(cache=True)
-def _place(pixel, u, v, w, cursor, out_u, out_v, out_w):  # type: ignore[no-untyped-def]
+def _place(
+    pixel: Ints32,
+    u: Floats32,
+    v: Floats32,
+    w: Floats32,
+    cursor: Ints,
+    out_u: Floats32,
+    out_v: Floats32,
+    out_w: Floats32,
+) -> None:
     for s in range(pixel.size):
         k = cursor[pixel[s]]
         cursor[pixel[s]] = k + 1
@@ -216,7 +279,7 @@ def _place(pixel, u, v, w, cursor, out_u, out_v, out_w):  # type: ignore[no-unty
 def group_by_pixel(
     samples: list[tuple[Ints32, Floats32, Floats32, Floats32]], pixels: int
 ) -> tuple[Floats32, Floats32, Floats32, Ints]:
-    """Sort samples (pixel, u, v, weight) of several bounces by pixel, keeping their order. O(samples + pixels).
+    """Sort samples (pixel, u, v, weight) of several bounces by pixel. O(samples + pixels).
 
     Returns u, v, weight, and the offsets that :func:`splat` wants.
     """

@@ -1,4 +1,4 @@
-"""The same scene with nothing of ours: Mitsuba's ``perspective`` sensor, ``projector`` emitter, ``path`` integrator.
+"""The same scene without our tracing: Mitsuba's ``perspective``, ``projector`` and ``path``.
 
 It is the independent reference for the traced transport, and the renderer of last resort where no vectorised
 variant runs: slower, one pattern at a time, with the same expectation.
@@ -40,14 +40,14 @@ def check_stock_can(optics: Optics) -> None:
     for feature, needed in needs.items():
         if needed:
             raise InputError(
-                f"this scene has {feature}, which Mitsuba's stock emitter cannot render; install a usable LLVM "
+                f"this scene has {feature}, which stock Mitsuba cannot render; install a usable LLVM "
                 "(see 'burrscan doctor'), or take it out of the scene"
             )
 
 
 def stock_image(
-    mi: Any,  # noqa: ANN401
-    mesh: Any,  # noqa: ANN401
+    mi: Any,
+    mesh: Any,
     optics: Optics,
     light: Floats32,
     *,
@@ -68,8 +68,8 @@ def stock_image(
 
 
 def stock_ambient(
-    mi: Any,  # noqa: ANN401
-    mesh: Any,  # noqa: ANN401
+    mi: Any,
+    mesh: Any,
     optics: Optics,
     *,
     samples: int = 16,
@@ -81,8 +81,8 @@ def stock_ambient(
 
 
 def _render(
-    mi: Any,  # noqa: ANN401
-    mesh: Any,  # noqa: ANN401
+    mi: Any,
+    mesh: Any,
     optics: Optics,
     emitter: dict[str, Any],
     samples: int,
@@ -107,7 +107,7 @@ def _render(
     return image.reshape(*optics.rig.camera.shape, -1)[..., 0]
 
 
-def _sensor(mi: Any, view: View, samples: int) -> dict[str, Any]:  # noqa: ANN401
+def _sensor(mi: Any, view: View, samples: int) -> dict[str, Any]:
     return {
         "type": "perspective",
         "fov": math.degrees(2.0 * math.atan(0.5 * view.width / view.fx)),
@@ -129,7 +129,7 @@ def _sensor(mi: Any, view: View, samples: int) -> dict[str, Any]:  # noqa: ANN40
     }
 
 
-def _projector(mi: Any, optics: Optics, light: Floats32) -> dict[str, Any]:  # noqa: ANN401
+def _projector(mi: Any, optics: Optics, light: Floats32) -> dict[str, Any]:
     """Mitsuba's projector has its principal point in the middle: pad the image until ours is there."""
     view = optics.rig.projector
     padded, shift = _centred(light, view)
@@ -164,5 +164,4 @@ def _centred(light: Floats32, view: View) -> tuple[Floats32, tuple[float, float]
 
 
 def _camera_from_projector(rig: Rig) -> Floats:
-    inverse: Floats = np.linalg.inv(rig.T_projector_camera)
-    return inverse
+    return np.asarray(np.linalg.inv(rig.T_projector_camera), dtype=float)

@@ -1,4 +1,4 @@
-"""Traced transports kept on disk by content, so that the next run with the same scene need not trace again."""
+"""Traced transports kept on disk by content, so that the same scene is traced once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tracing a scene once: from every camera pixel, along light paths, to the projector pixels that feed them."""
+"""Tracing a scene once: from every camera pixel along light paths to the projector pixels that feed it."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class _Paths(NamedTuple):
 
 
 def trace(
-    mi: Any,  # noqa: ANN401
-    scene: Any,  # noqa: ANN401
+    mi: Any,
+    scene: Any,
     optics: Optics,
     *,
     samples: int = 16,
@@ -86,10 +86,10 @@ def trace(
 
 
 def _trace_rows(
-    mi: Any,  # noqa: ANN401
-    scene: Any,  # noqa: ANN401
+    mi: Any,
+    scene: Any,
     optics: Optics,
-    sets: Any,  # noqa: ANN401
+    sets: Any,
     samples: int,
     first: int,
     rows: int,
@@ -113,12 +113,12 @@ def _trace_rows(
 
 
 def _follow(
-    mi: Any,  # noqa: ANN401
-    scene: Any,  # noqa: ANN401
+    mi: Any,
+    scene: Any,
     optics: Optics,
-    sampler: Any,  # noqa: ANN401
-    column: Any,  # noqa: ANN401
-    row: Any,  # noqa: ANN401
+    sampler: Any,
+    column: Any,
+    row: Any,
     bounces: int,
 ) -> _Paths:
     """Follow one path per sample; the surfaces are sampled by their BSDF, the projector by next events."""
@@ -143,7 +143,7 @@ def _follow(
     return _Paths(direct, bounced, ambient)
 
 
-def _lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:  # noqa: ANN401
+def _lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:
     """A point on the unit disc, or nothing for a pinhole."""
     return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
 

@@ -13,7 +13,7 @@ from burrscan.arrays import Floats
 from scenes.wheel import Wheel
 
 
-def wheel_mesh(mi: Any, wheel: Wheel, T_camera_part: Floats, bsdf: dict[str, Any]) -> Any:  # noqa: ANN401
+def wheel_mesh(mi: Any, wheel: Wheel, T_camera_part: Floats, bsdf: dict[str, Any]) -> Any:
     """The wheel as a Mitsuba mesh in the camera frame, with its exact normals and its turning directions."""
     properties = mi.Properties()
     properties["mesh_bsdf"] = mi.load_dict(bsdf)
@@ -35,5 +35,5 @@ def wheel_mesh(mi: Any, wheel: Wheel, T_camera_part: Floats, bsdf: dict[str, Any
     return mesh
 
 
-def _flat(array: Floats) -> Any:  # noqa: ANN401
+def _flat(array: Floats) -> Any:
     return np.ascontiguousarray(array, dtype=np.float32).ravel()

@@ -80,6 +80,8 @@ def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Flo
     which = int(np.argmax(np.abs(facing)))
     z, r = outline.vertices_zr[vertex]
     where = f"rim: the edge at vertex {vertex} (z {z:g}, r {r:g})"
+    if r == 0.0:
+        raise InputError(f"{where} is a point on the axis; choose an edge")
     if abs(facing[which]) < _FACES:
         raise InputError(f"{where} has no surface that faces the {burr.direction} direction")
     along = edges[which, 1] - edges[which, 0]

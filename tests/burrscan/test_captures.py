@@ -68,7 +68,7 @@ def test_damaged_folders_are_refused_with_a_reason(capture: tuple[Path, Image, I
     image = folder / "images" / "0000.png"
     whole = image.read_bytes()
     cv2.imwrite(str(image), np.zeros((3, 4), np.uint8))
-    with pytest.raises(InputError, match="4×3 pixels, but rig.json says 64×51"):
+    with pytest.raises(InputError, match=r"4×3 pixels, but rig\.json says 64×51"):
         FolderScanner(folder).capture(shown("a"), 10.0)
     colour = np.zeros((*Noise().rig.camera.shape, 3), np.uint8)
     colour[..., 0] = 9

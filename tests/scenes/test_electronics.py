@@ -14,7 +14,9 @@ Z = 4.0
 
 def electrons(mean_e: float, *, identity: tuple[int, ...] = (1,)) -> np.ndarray:  # type: ignore[type-arg]
     light = np.full((6, 200, 250), mean_e / CAMERA.full_well_e, np.float32)
-    images = expose(light, camera=CAMERA, exposure_ms=CAMERA.white_exposure_ms, identity=identity, first_frame=0)
+    images = expose(
+        light, camera=CAMERA, exposure_ms=CAMERA.white_exposure_ms, identity=identity, first_frame=0
+    )
     return (images - CAMERA.black_level_dn) / CAMERA.sheet.gain_dn_per_e
 
 
@@ -33,7 +35,8 @@ def test_mean_and_variance_follow_the_data_sheet(mean: float) -> None:
 
 def test_light_beyond_the_well_saturates() -> None:
     light = np.full((1, 4, 4), 3.0, np.float32)
-    images = expose(light, camera=CameraSpec(read_noise_e=0.0), exposure_ms=20.0, identity=(1,), first_frame=0)
+    camera = CameraSpec(read_noise_e=0.0)
+    images = expose(light, camera=camera, exposure_ms=20.0, identity=(1,), first_frame=0)
     assert np.all(images == CameraSpec().sheet.saturation_dn)
 
 

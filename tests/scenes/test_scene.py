@@ -1,4 +1,4 @@
-"""Scene files: what is wrong is said, what is the same hashes the same, what is posed is where it should be."""
+"""Scene files: errors are said, equal content hashes equal, poses are where they should be."""
 
 import numpy as np
 import pytest

@@ -23,7 +23,14 @@ DOCUMENT: dict[str, Any] = {
     "pose": {"elevation_deg": 15.0, "spin_deg": 20.0},
     "rig": {"scale": 0.25},
     "burr": [
-        {"kind": "axial_ridge", "angle_deg": -20, "height_mm": 2, "width_mm": 2, "z_start_mm": -8, "z_end_mm": 8}
+        {
+            "kind": "axial_ridge",
+            "angle_deg": -20,
+            "height_mm": 2,
+            "width_mm": 2,
+            "z_start_mm": -8,
+            "z_end_mm": 8,
+        }
     ],
 }
 
@@ -107,7 +114,7 @@ def test_the_scalar_fallback_renders_the_same_light(tmp_path: Path) -> None:
     document = DOCUMENT | {"finish": "blasted", "rig": {"scale": 0.15}, "render": {"samples": 64}}
     environment = os.environ | {"BURRSCAN_VARIANT": "scalar_rgb"}
     command = [sys.executable, "-c", FALLBACK, json.dumps(document), str(tmp_path / "out.npz")]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
     assert run.returncode == 0, run.stderr
     stock = np.load(tmp_path / "out.npz")
     ours = simulate(scene_from(document, source="test"))
