@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from bench.cli.grammar import Commands, command
+
+_DETAILS = """\
+The geometry half of the pipeline on a mesh of your own, in its own frame. Angles of burrs are
+counted about the axis found, from the first direction perpendicular to it (T_part_mesh in the
+JSON says which). The PLY carries a float property 'deviation_mm' per vertex."""
+
+_EXAMPLES = """\
+  burrscan detect wheel.stl
+  burrscan detect scan.ply --unit m --limit 0.5 --json found.json --ply deviation.ply
+  burrscan detect scan.ply --axis mypackage.axes:find"""
 
 
 def add(commands: Commands) -> None:
@@ -15,12 +26,30 @@ def add(commands: Commands) -> None:
         "detect",
         main,
         summary="find the axis, the generatrix and the burrs of a mesh you have",
-        examples="  burrscan detect wheel.stl\n  burrscan detect scan.ply --unit m --json found.json",
+        details=_DETAILS,
+        examples=_EXAMPLES,
     )
     parser.add_argument("mesh", metavar="MESH", type=Path, help="a PLY, STL or OBJ file")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write everything found as JSON")
+    parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh with its deviations as PLY")
+    parser.add_argument("--unit", default="mm", help="of the coordinates: um, mm, cm, m, inch (default: mm)")
+    parser.add_argument("--axis", metavar="METHOD", default="profile", help="a short name or module:function")
+    parser.add_argument("--limit", metavar="MM", type=float, help="height up to which a burr is permitted")
 
 
 def main(given: argparse.Namespace) -> int:
     """Inspect the mesh and print what was found."""
-    raise NotImplementedError(given)
+    from bench.cli.findings import doubts, print_inspection
+    from burrscan.api import inspect_mesh
+    from burrscan.meshio import read_mesh, write_deviation_ply, write_inspection_json
+
+    mesh = read_mesh(given.mesh, unit=given.unit)
+    for notice in (*mesh.notices, *doubts(mesh.vertices_mm)):
+        print(f"note: {notice}", file=sys.stderr)
+    inspection = inspect_mesh(mesh.vertices_mm, mesh.faces, axis=given.axis, limit_mm=given.limit)
+    print_inspection(inspection)
+    if given.json:
+        write_inspection_json(given.json, inspection)
+    if given.ply:
+        write_deviation_ply(given.ply, mesh.vertices_mm, mesh.faces, inspection.deviation_mm)
+    return 0

@@ -48,9 +48,8 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Run, print the score table, build the report."""
-    from rich.console import Console
-
     from bench.cli.score import caption, say_failures, terminal_table
+    from bench.cli.tables import print_table
     from bench.report import build_report
     from bench.run.directory import load_run
 
@@ -61,9 +60,8 @@ def main(given: argparse.Namespace) -> int:
         print(f"\nburrscan: interrupted; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
         return 130
     run = load_run(out_dir)
-    console = Console()
-    console.print(terminal_table(run))
-    console.print(caption(), style="dim")
+    print_table(terminal_table(run))
+    print(caption())
     say_failures(run)
     print(f"report: {build_report(out_dir)}")
     return 0

@@ -7,6 +7,7 @@ import sys
 
 from rich.table import Table
 
+from bench.cli.tables import plain_table
 from bench.run.directory import Run
 from bench.score.metric import Metric
 from bench.score.metrics import HEADLINE, METRICS
@@ -17,16 +18,22 @@ def terminal_table(run: Run) -> Table:
     """One row per value of the first swept parameter and variant."""
     names = run.suite.metrics or HEADLINE
     by = next(iter(run.suite.sweep), None)
-    table = Table(title=run.suite.title or run.suite.name, title_justify="left", pad_edge=False)
-    for head in (by or "", "variant", "cases"):
-        table.add_column(head)
+    table = plain_table(run.suite.title or run.suite.name)
+    for head in (by or "", "variant", "cases", "failed"):
+        table.add_column(head, no_wrap=True)
     for name in names:
-        table.add_column(_head(METRICS[name]), justify="right")
+        table.add_column(_head(METRICS[name]), justify="right", no_wrap=True)
     previous = None
     for row in score_table(run.records, names, by=by):
         if previous not in {None, row.group}:
             table.add_section()
-        table.add_row("" if row.group == previous else row.group, row.variant, _cases(row), *_values(row))
+        table.add_row(
+            "" if row.group == previous else row.group,
+            row.variant,
+            str(row.cases),
+            str(row.failed or ""),
+            *_values(row),
+        )
         previous = row.group
     return table
 
@@ -45,11 +52,8 @@ def say_failures(run: Run) -> None:
 
 
 def _head(metric: Metric) -> str:
-    return f"{metric.title}\n{ {'1': '%', 'count': ''}.get(metric.unit, metric.unit) }"
-
-
-def _cases(row: Row) -> str:
-    return f"{row.cases}, [red]{row.failed} failed[/]" if row.failed else str(row.cases)
+    unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
+    return "\n".join([*metric.title.split(), unit])
 
 
 def _values(row: Row) -> list[str]:

@@ -23,7 +23,7 @@
 ``intensity``       (H, W) uint8       adapted intensity mask, 255 = full light; absent where none is adapted
 ``pixels``          (h, w) uint8       0 not measurable and not accepted, 1 measurable but missed, 2 right,
                                        3 wrong (accepted, more than 1 px off), 4 saturated and not accepted
-``depth_error_mm``  (h, w) float16     measured minus true depth of right pixels, NaN elsewhere
+``depth_error_mm``  (h, w) float16     measured minus true depth of inliers, NaN elsewhere
 ``unrolled_mm``     (A, Z) float16     measured deviation from the generatrix found, same grid as the truth's
 ``generatrix``      (K, 2) float32     generatrix found as (z, r), mm, z in the true part frame; NaN row: gap
 ``burr_angle_deg``  (N,) float32       burrs found: angle in the true part frame
@@ -89,7 +89,7 @@ def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: 
         pattern=scan.pattern,
         image=_preview(scan.image, saturation_dn),
         pixels=_thinned(_pixel_codes(evidence)),
-        depth_error_mm=_thinned(np.where(evidence.right, evidence.depth_error_mm, np.nan)).astype(np.float16),
+        depth_error_mm=_thinned(evidence.depth_error_mm).astype(np.float16),
         unrolled_mm=unrolled_grid(evidence.truth).mean(vertices, inspection.deviation_mm),
         generatrix=evidence.generatrix_zr_mm.astype(np.float32),
         burr_match=np.array(evidence.matching.match, np.int16),
@@ -129,7 +129,8 @@ def _preview(image: Image, saturation_dn: int) -> NDArray[np.uint8]:
     step = _factor(image.shape[1])
     rows, columns = (size // step for size in image.shape)
     blocks = image[: rows * step, : columns * step].reshape(rows, step, columns, step)
-    return np.round(np.clip(blocks.mean(axis=(1, 3)) * (255.0 / saturation_dn), 0, 255)).astype(np.uint8)
+    shown = np.clip(np.asarray(blocks.mean(axis=(1, 3))) * (255.0 / saturation_dn), 0.0, 255.0)
+    return np.asarray(shown.round(), np.uint8)
 
 
 def _save(path: Path, **arrays: NDArray[Any]) -> None:

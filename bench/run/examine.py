@@ -5,8 +5,6 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
-from burrscan.pipeline import run
-
 from bench.run.artefacts import save_truth, save_variant
 from bench.run.directory import RunDirectory
 from bench.run.job import Job
@@ -18,6 +16,7 @@ from bench.suites.case import Case
 from bench.suites.identity import entropy
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
+from burrscan.pipeline import run
 from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
 

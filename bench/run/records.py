@@ -98,7 +98,7 @@ def _record(line: str, where: str) -> Record:
         raise InputError(f"{where}: not a record ({error}); was the file edited?") from error
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 (what a record holds)
+def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

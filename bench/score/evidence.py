@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from burrscan.pipeline import Outcome
 
 from bench.score.matching import Matching, match_places
 from bench.score.places import along_axis_mm, found_place, true_place
 from burrscan.arrays import Bools, Floats
+from burrscan.pipeline import Outcome
 from scenes.truth import Truth
 
 RIGHT_WITHIN_PX = 1.0
@@ -39,8 +39,15 @@ class Evidence:
 
     @cached_property
     def depth_error_mm(self) -> Floats:
-        """(h, w) measured minus true depth along the camera's z; NaN where either is missing."""
-        return self.outcome.surface.points_mm[..., 2] - self.truth.points_mm[..., 2]
+        """(h, w) measured minus true depth at the pixel centre, along the camera's z; NaN for no inlier.
+
+        An inlier's correspondence is right for the pixel's whole footprint and for its centre alike: at a
+        step in depth the two belong to different surfaces, and no depth is the true one.
+        """
+        off_centre = np.abs(self.outcome.scan.correspondence.u_px - self.truth.u_px)
+        stated = self.right & (off_centre <= RIGHT_WITHIN_PX)
+        error = self.outcome.surface.points_mm[..., 2] - self.truth.points_mm[..., 2]
+        return np.where(stated, error, np.nan)
 
     @cached_property
     def T_part_found(self) -> Floats:  # noqa: N802 (T_target_source)

@@ -15,14 +15,12 @@ _POD = "MIL-HDBK-1823A (hit/miss)"
 
 _ALL = (
     Metric("coverage", "Coverage", "1", "higher", 1, _ISSUE, scan.coverage, 0.0),
-    Metric("wrong_rate", "Wrong correspondences", "1", "lower", 1, _ISSUE, scan.wrong_rate, 1.0),
+    Metric("wrong_rate", "Wrong pixels", "1", "lower", 1, _ISSUE, scan.wrong_rate, 1.0),
     Metric("depth_rms_mm", "Depth RMS", "mm", "lower", 1, _ISSUE, scan.depth_rms_mm, math.inf),
     Metric("axis_deg", "Axis angle", "deg", "lower", 1, _ISSUE, shape.axis_deg, 90.0),
     Metric("axis_offset_mm", "Axis offset", "mm", "lower", 1, _ISSUE, shape.axis_offset_mm, math.inf),
-    Metric(
-        "generatrix_rms_mm", "Generatrix RMS", "mm", "lower", 1, _ISSUE, shape.generatrix_rms_mm, math.inf
-    ),
-    Metric("band_mm", "Generatrix band", "mm", "lower", 1, _SEED, shape.band_mm, math.inf),
+    Metric("generatrix_rms_mm", "Curve RMS", "mm", "lower", 1, _ISSUE, shape.generatrix_rms_mm, math.inf),
+    Metric("band_mm", "Curve band", "mm", "lower", 1, _SEED, shape.band_mm, math.inf),
     Metric("burr_found", "Burrs found", "1", "higher", 1, _POD, burrs.burr_found, 0.0),
     Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _ISSUE, burrs.burr_coverage, 0.0),
     Metric("burr_angle_deg", "Burr angle", "deg", "lower", 1, _ISSUE, burrs.burr_angle_deg, math.inf),
@@ -30,7 +28,7 @@ _ALL = (
     Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _ISSUE, burrs.burr_extent_mm, math.inf),
     Metric("false_calls", "False calls", "count", "lower", 1, _POD, burrs.false_calls, math.inf),
     Metric("frames", "Frames", "count", "lower", 1, _ISSUE, scan.frames, math.nan),
-    Metric("saturated_share", "Saturated", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
+    Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
 )
 
 METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}

@@ -26,9 +26,8 @@ def wrong_rate(evidence: Evidence) -> float:
 
 
 def depth_rms_mm(evidence: Evidence) -> float:
-    """Root mean square depth error of the pixels whose correspondence is right, against the pixel centre."""
-    errors = evidence.depth_error_mm[evidence.right]
-    errors = errors[np.isfinite(errors)]
+    """Root mean square depth error of inliers: pixels that are right for their footprint and their centre."""
+    errors = evidence.depth_error_mm[np.isfinite(evidence.depth_error_mm)]
     return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
 
 

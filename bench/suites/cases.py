@@ -47,7 +47,7 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def label(value: Any) -> str | float | int | bool:  # noqa: ANN401 (any TOML value)
+def label(value: Any) -> str | float | int | bool:
     """A swept value as people read it: plain values as they are, tables by their name, else by content."""
     if isinstance(value, str | int | float | bool):
         return value
@@ -84,5 +84,5 @@ def _id(parameters: Mapping[str, Any]) -> str:
     return f"{safe[:_LONGEST_ID]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
-def _text(value: Any) -> str:  # noqa: ANN401 (a label)
+def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else short(str(value))

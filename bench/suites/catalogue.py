@@ -59,7 +59,7 @@ def _find(name_or_path: str | Path) -> Path:
     return Path(str(resources.files("bench.suites").joinpath(f"{text}.toml")))
 
 
-def _scene(table: Any, path: Path) -> Any:  # noqa: ANN401 (anything may stand in a document)
+def _scene(table: Any, path: Path) -> Any:
     """The scene's tables laid over the base they name."""
     if not isinstance(table, Mapping) or "base" not in table:
         return table

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 
-def canonical(document: Any) -> str:  # noqa: ANN401 (plain tables)
+def canonical(document: Any) -> str:
     """The one JSON text of plain tables: sorted keys, no spaces, numbers as Python writes them."""
     return json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def content_hash(document: Any) -> str:  # noqa: ANN401 (plain tables)
+def content_hash(document: Any) -> str:
     """SHA-256 of :func:`canonical`, as 64 hexadecimal digits."""
     return hashlib.sha256(canonical(document).encode()).hexdigest()
 

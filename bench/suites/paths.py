@@ -9,7 +9,7 @@ from typing import Any
 from burrscan.errors import InputError
 
 
-def override(document: Mapping[str, Any], path: str, value: Any) -> dict[str, Any]:  # noqa: ANN401 (any TOML)
+def override(document: Mapping[str, Any], path: str, value: Any) -> dict[str, Any]:
     """A copy of ``document`` with ``value`` at ``path``.
 
     A key that meets an array of tables goes to every one of them; an integer picks one. Tables that are
@@ -44,7 +44,7 @@ def flatten(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
             yield f"{prefix}{key}", value
 
 
-def _set(node: Any, keys: list[str], value: Any, path: str) -> None:  # noqa: ANN401 (any TOML)
+def _set(node: Any, keys: list[str], value: Any, path: str) -> None:
     key, rest = keys[0], keys[1:]
     if isinstance(node, list):
         _set_in_array(node, keys, value, path)
@@ -56,7 +56,7 @@ def _set(node: Any, keys: list[str], value: Any, path: str) -> None:  # noqa: AN
         node[key] = copy.deepcopy(value)
 
 
-def _set_in_array(node: list[Any], keys: list[str], value: Any, path: str) -> None:  # noqa: ANN401
+def _set_in_array(node: list[Any], keys: list[str], value: Any, path: str) -> None:
     if not keys[0].isdigit():
         for item in node:
             _set(item, keys, value, path)

@@ -119,7 +119,7 @@ def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:
     return arranged
 
 
-def _arranged_variant(table: Any) -> Any:  # noqa: ANN401 (anything may stand in a document)
+def _arranged_variant(table: Any) -> Any:
     if not isinstance(table, Mapping):
         return table
     stages = {key: value for key, value in table.items() if key != "name"}

@@ -6,13 +6,13 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from burrscan.pipeline import Outcome
 
 from bench.score.evidence import Evidence
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.correspondence import Correspondence, Scan
 from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
+from burrscan.pipeline import Outcome
 from burrscan.rig import Rig, View
 from burrscan.surface import Surface
 from scenes.truth import Truth
@@ -28,7 +28,7 @@ PROFILE = np.array([[-30.0, RADIUS_MM], [30.0, RADIUS_MM]])
 RIG = Rig(View(WIDTH, HEIGHT, 400, 400, 59.5, 29.5), View(100, 80, 300, 300, 49.5, 39.5), np.eye(4))
 
 
-def true_burr(**changes: Any) -> TrueBurr:  # noqa: ANN401
+def true_burr(**changes: Any) -> TrueBurr:
     """An axial ridge at 90 degrees, from z = -10 to 10 mm."""
     burr = TrueBurr(
         kind="axial_ridge", side="protrusion", angle_deg=90.0, z_start_mm=-10.0, z_end_mm=10.0, height_mm=1.0,
@@ -47,8 +47,9 @@ def found_burr(
     pose = np.eye(4)
     pose[:3, 3] = to_camera(middle)
     return Burr(
-        side=side, angle_deg=Value(angle_deg, 0.0), z_start_mm=Value(z_mm[0], 0.0), z_end_mm=Value(z_mm[1], 0.0),
-        height_mm=Value(height_mm, 0.0), width_mm=Value(2.0, 0.0), length_mm=Value(20.0, 0.0),
+        side=side, angle_deg=Value(angle_deg, 0.0), z_start_mm=Value(z_mm[0], 0.0),
+        z_end_mm=Value(z_mm[1], 0.0), height_mm=Value(height_mm, 0.0),
+        width_mm=Value(2.0, 0.0), length_mm=Value(20.0, 0.0),
         area_mm2=Value(1.0, 0.0), volume_mm3=Value(20.0, 0.0), T_mesh_burr=pose, significance=10.0,
     )  # fmt: skip
 
@@ -97,11 +98,11 @@ def evidence(
     *true: TrueBurr,
     found: tuple[Burr, ...] = (),
     u_error_px: float | Floats = 0.0,
-    accept: Any = True,  # noqa: ANN401
+    accept: Any = True,
     shift_mm: float = 0.0,
     T_found_part: Floats | None = None,
     profile: Floats = PROFILE,
-    saturated: Any = False,  # noqa: ANN401
+    saturated: Any = False,
 ) -> Evidence:
     """The perfect outcome with errors planted: in the columns, the depth, the part frame, the profile."""
     world = truth(*true)

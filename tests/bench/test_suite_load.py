@@ -15,7 +15,7 @@ from burrscan.errors import InputError
 RIDGE = {"kind": "axial_ridge", "angle_deg": 0, "height_mm": 1, "width_mm": 2, "z_start_mm": 0, "z_end_mm": 9}
 
 
-def suite(**changes: Any) -> Suite:  # noqa: ANN401
+def suite(**changes: Any) -> Suite:
     document = {
         "name": "s",
         "scene": {"wheel": "paper", "finish": "matte", "burr": [RIDGE]},
@@ -141,7 +141,7 @@ def test_what_a_file_names_is_checked(tmp_path: Path) -> None:
     for part in (
         "did you mean 'coverage'?",
         "did you mean 'adaptive'?",
-        "'axes'",
+        "axes: unknown key; did you mean 'axis'?",
         "heigth_mm",
         "'height_mm'",
     ):
