@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from burrscan.errors import InputError
-from scenes.renderer.choice import THREADS_VARIABLE, VARIANT_VARIABLE, choose, default_threads
+from scenes.renderer.choice import VARIANT_VARIABLE, choose
 from scenes.renderer.libraries import PATH_VARIABLE, candidates
 from scenes.renderer.probe import Probe, probe_cuda, probe_llvm
+from scenes.renderer.threads import THREADS_VARIABLE, default_threads
 
 PACKAGES = (
     "burrscan",

@@ -15,7 +15,7 @@ import pytest
 
 from burrscan import InputError
 from scenes import renderer
-from scenes.renderer import cache, choice, libraries, probe
+from scenes.renderer import activation, cache, choice, libraries, probe, threads
 from scenes.renderer.libraries import Library
 
 ABORTING = """
@@ -30,7 +30,7 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv(choice.VARIANT_VARIABLE, raising=False)
     monkeypatch.delenv(libraries.PATH_VARIABLE, raising=False)
-    choice._warn_once.cache_clear()
+    activation._warn_once.cache_clear()
     return tmp_path / "cache"
 
 
@@ -258,9 +258,9 @@ def in_fresh_process(code: str, **environment: str) -> subprocess.CompletedProce
 def test_the_fallback_says_one_line_and_no_more() -> None:
     """Dr.Jit itself complains about every library that it cannot load."""
     code = (
-        "from scenes.renderer import choice; from scenes.renderer.probe import Probe;"
+        "from scenes.renderer import activate, choice; from scenes.renderer.probe import Probe;"
         "choice.probe_cuda = lambda: Probe('cuda', '', '', 'missing', ''); choice.candidates = lambda: [];"
-        "print(choice.activate().variant()); choice.activate()"
+        "print(activate().variant()); activate()"
     )
     run = in_fresh_process(code, **{libraries.PATH_VARIABLE: "missing.so"})
     assert run.stdout.strip() == "scalar_rgb"
@@ -272,23 +272,23 @@ def test_a_library_that_was_loaded_before_is_not_trusted() -> None:
     if not renderer.choose().llvm_path:
         pytest.skip("no usable LLVM on this machine")
     code = (
-        "import drjit; import dataclasses; from scenes.renderer import choice; real = choice.choose();"
-        "choice.choose = lambda **_: dataclasses.replace(real, llvm_version='99.0.0')\n"
-        "try: choice.activate()\n"
-        "except choice.InputError as error: print(error)"
+        "import dataclasses, drjit; from scenes.renderer import activation; real = activation.choose();"
+        "activation.choose = lambda **_: dataclasses.replace(real, llvm_version='99.0.0')\n"
+        "try: activation.activate()\n"
+        "except activation.InputError as error: print(error)"
     )
     assert "activate() first" in in_fresh_process(code).stdout
 
 
 def test_threads_follow_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(choice.THREADS_VARIABLE, raising=False)
-    assert choice.default_threads() == renderer.usable_cores()
-    monkeypatch.setenv(choice.THREADS_VARIABLE, "3")
-    assert choice.default_threads() == 3
+    monkeypatch.delenv(threads.THREADS_VARIABLE, raising=False)
+    assert threads.default_threads() == renderer.usable_cores()
+    monkeypatch.setenv(threads.THREADS_VARIABLE, "3")
+    assert threads.default_threads() == 3
     for wrong in ("0", "-1", "many"):
-        monkeypatch.setenv(choice.THREADS_VARIABLE, wrong)
+        monkeypatch.setenv(threads.THREADS_VARIABLE, wrong)
         with pytest.raises(InputError, match="whole number"):
-            choice.default_threads()
+            threads.default_threads()
 
 
 @pytest.mark.usefixtures("no_system_libraries")
