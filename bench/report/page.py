@@ -12,7 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from bench.report import charts, pictures, summary
-from bench.report.cases import PIXEL_COLOURS, CaseView, scales, view
+from bench.report.cases import CaseView, view
+from bench.report.figures import PIXEL_COLOURS, scales
 from bench.run import Record, Run, load_run
 from bench.score.metrics import METRICS
 from bench.score.summary import summarise, value_of

@@ -1,0 +1,180 @@
+"""The pictures and charts of one case."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from bench.report import charts, pictures
+from bench.report.axes import round_up
+from bench.report.charts import Mark, Unrolled
+from bench.run import Record, RunDirectory
+from burrscan.arrays import Ints, Levels
+
+Arrays = Mapping[str, NDArray[Any]]
+
+PIXEL_COLOURS = {1: "#e0a030", 2: "#3f8f5f", 3: "#c0392b", 4: "#7a5cc0"}
+"""Missed, right, wrong, saturated: the codes of ``pixels`` in :mod:`bench.run.artefacts`."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Colour limits shared by all cases, so that pictures can be compared."""
+
+    depth_mm: float
+    deviation_mm: float
+    generatrix_um: float
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture with its heading; ``kind`` picks the legend."""
+
+    title: str
+    body: Markup
+    kind: str = ""
+
+
+def load(path: Path) -> Arrays:
+    """The arrays of a file; none when the file is missing or damaged, for a report shows what there is."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error):
+        return {}
+
+
+def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
+    """Limits that suit all the cases shown.
+
+    Depth: nine errors of ten are inside in the median case. Deviation: half the lowest burr, so that every
+    burr stands out. Generatrix: nearly everything is inside in the median case.
+    """
+    depths, profiles, heights = [], [], []
+    for record in records:
+        truth = load(directory.case(record.case) / "truth.npz")
+        found = load(directory.case(record.case) / f"{record.variant}.npz")
+        if not (truth and found):
+            continue
+        errors = np.abs(found["depth_error_mm"][np.isfinite(found["depth_error_mm"])].astype(float))
+        depths += [np.percentile(errors, 90.0)] if errors.size else []
+        profiles.append(charts.error_limit_um([charts.error_um(found["generatrix"], truth["generatrix"])]))
+        heights += list(truth["burr_height_mm"])
+    return Scales(
+        round_up(float(np.median(depths))) if depths else 0.1,
+        float(min(heights)) / 2 if heights else 0.1,
+        round_up(float(np.median(profiles))) if profiles else 100.0,
+    )
+
+
+def scene_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple[Figure, ...]:
+    """The scene and the truth: one white picture, the true map, the profile of every variant."""
+    if not truth:
+        return ()
+    curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items()}
+    profile = truth["generatrix"].astype(float)
+    whites = [_camera(arrays["white"], truth, "white light") for arrays in found.values()][:1]
+    return (
+        *(Figure("Camera image under white light", white) for white in whites),
+        Figure("True deviation from the generatrix", _true_map(truth, limits), "deviation"),
+        Figure("Generatrix, mm", charts.generatrix(profile, curves), "profile"),
+        Figure(
+            "Generatrix error, µm", charts.generatrix_error(profile, curves, limits.generatrix_um), "profile"
+        ),
+    )
+
+
+def variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
+    """What one variant saw, decoded and measured; nothing where nothing was kept."""
+    if not (truth and found):
+        return ()
+    part = window(truth)
+    depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)
+    fates = pictures.classes(found["pixels"][part], PIXEL_COLOURS)
+    figures = [
+        Figure("A pattern as the camera saw it", _camera(found["image"], truth, "camera image")),
+        Figure("The pattern as projected", picture(pictures.photo(found["pattern"]), "pattern")),
+    ]
+    if "intensity" in found:
+        mask = picture(pictures.photo(found["intensity"]), "intensity mask")
+        figures.append(Figure("Adapted intensity of the projector", mask, "intensity"))
+    return (
+        *figures,
+        Figure("What became of each pixel", picture(fates, "fate of the pixels"), "pixels"),
+        Figure("Depth error, mm", picture(depth, "depth error"), "depth"),
+        Figure("Deviation and burrs", _found_map(truth, found, limits), "deviation"),
+    )
+
+
+def _camera(image: Levels, truth: Arrays, label: str) -> Markup:
+    return picture(pictures.photo(pictures.brightened(image[window(truth)])), label)
+
+
+def window(truth: Arrays) -> tuple[slice, slice]:
+    """Rows and columns of the camera's pictures that hold what can be measured, with a margin."""
+    mask = truth["measurable"]
+    if not mask.any():
+        return slice(None), slice(None)
+    margin = max(mask.shape) // 20
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return _widened(rows, margin), _widened(columns, margin)
+
+
+def _widened(used: Ints, margin: int) -> slice:
+    return slice(max(int(used[0]) - margin, 0), int(used[-1]) + 1 + margin)
+
+
+def picture(uri: str, label: str) -> Markup:
+    """A picture as an element of the page."""
+    return Markup('<img src="{}" alt="{}" decoding="async">').format(uri, label)
+
+
+def _true_map(truth: Arrays, limits: Scales) -> Markup:
+    part = _unrolled(truth, truth["unrolled_mm"])
+    marks = [_true_mark(truth, index, "true") for index in range(len(truth["burr_angle_deg"]))]
+    return charts.unrolled(part, marks, limits.deviation_mm, "true deviation, unrolled")
+
+
+def _found_map(truth: Arrays, found: Arrays, limits: Scales) -> Markup:
+    part = _unrolled(truth, found["unrolled_mm"])
+    matched = set(found["burr_match"].tolist())
+    marks = [
+        _true_mark(truth, index, "true" if index in matched else "missed")
+        for index in range(len(truth["burr_angle_deg"]))
+    ]
+    marks += [_found_mark(truth, found, index) for index in range(len(found["burr_angle_deg"]))]
+    marks.sort(key=lambda mark: mark.css != "false")  # false calls lie under the burrs that are there
+    return charts.unrolled(part, marks, limits.deviation_mm, "measured deviation, unrolled")
+
+
+def _unrolled(truth: Arrays, deviation_mm: NDArray[Any]) -> Unrolled:
+    return Unrolled(deviation_mm.astype(float), _pair(truth["unrolled_deg"]), _pair(truth["unrolled_z_mm"]))
+
+
+def _true_mark(truth: Arrays, index: int, css: str) -> Mark:
+    angle, arc = float(truth["burr_angle_deg"][index]), float(truth["burr_arc_deg"][index])
+    label = f"{css} burr, {truth['burr_height_mm'][index]:.2f} mm high, at {angle:.1f}°"
+    return _mark(truth, (angle - arc, angle + arc), truth["burr_z_mm"][index], css, label)
+
+
+def _found_mark(truth: Arrays, found: Arrays, index: int) -> Mark:
+    angle = float(found["burr_angle_deg"][index])
+    css = "found" if found["burr_match"][index] >= 0 else "false"
+    label = f"{css}: {found['burr_height_mm'][index]:.2f} mm high, at {angle:.1f}°"
+    return _mark(truth, (angle, angle), found["burr_z_mm"][index], css, label)
+
+
+def _mark(truth: Arrays, angle: tuple[float, float], z_mm: NDArray[Any], css: str, label: str) -> Mark:
+    return Mark(charts.turned_into(angle, _pair(truth["unrolled_deg"])), _pair(z_mm), css, label)
+
+
+def _pair(values: NDArray[Any]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
