@@ -204,7 +204,7 @@ def _deviation_document(deviation_mm: Floats) -> dict[str, Any]:
     }
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 (JSON)
+def _plain(value: Any) -> Any:
     """Arrays to lists, values to tables, numbers that JSON does not know to null."""
     if isinstance(value, Value):
         return {"value": _plain(value.value), "sigma": _plain(value.sigma)}

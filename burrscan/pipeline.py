@@ -229,7 +229,7 @@ def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:
 
 def _timed(
     timings: dict[str, float], name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
-) -> Any:  # noqa: ANN401 (whatever the stage gives)
+) -> Any:
     start = time.perf_counter()
     result = function(*args, **kwargs)
     timings[name] = time.perf_counter() - start

@@ -123,7 +123,7 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
 
 
 @njit(cache=True, nogil=True)
-def _placed(  # noqa: PLR0917 (a kernel)
+def _placed(
     segment: Ints32,
     t: Floats,
     angle: Floats,
@@ -153,7 +153,7 @@ def _placed(  # noqa: PLR0917 (a kernel)
     return along, place, normal, cell
 
 
-def levelled(  # noqa: PLR0917 (arrays of one field)
+def levelled(
     deviation: Floats,
     cell: Ints32,
     place: Floats,
@@ -209,7 +209,7 @@ def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Fl
 
 
 @njit(cache=True, nogil=True)
-def _motion_equations(  # noqa: PLR0917 (a kernel)
+def _motion_equations(
     deviation: Floats,
     cell: Ints32,
     place: Floats,
@@ -252,7 +252,7 @@ def _motion_equations(  # noqa: PLR0917 (a kernel)
 
 
 @njit(cache=True, nogil=True)
-def _moved(  # noqa: PLR0917 (a kernel)
+def _moved(
     deviation: Floats,
     cell: Ints32,
     place: Floats,

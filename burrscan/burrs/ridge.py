@@ -22,11 +22,14 @@ _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
 _CLEARLY_WORSE = 8.0
 """Rise of the weighted sum of squares that rules a width out."""
+_WELL_SAMPLED = 2.5
+"""Half-width, in vertex spacings, from which the width is never in doubt."""
 _F_TEST = 8.0
 """F ratio (2 and many degrees of freedom) from which the height is taken to change along the burr."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
+_HELD = np.array([True, True, True, False, False])
 _ALL = np.ones(5, dtype=np.bool_)
 
 
@@ -226,7 +229,7 @@ def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
 
 
 @njit(cache=True, nogil=True)
-def _equations(  # noqa: PLR0917 (a kernel)
+def _equations(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int
 ) -> tuple[float, Floats, Floats]:
     """Robust chi-square, gradient and normal matrix."""
@@ -263,7 +266,7 @@ def _equations(  # noqa: PLR0917 (a kernel)
 
 
 @njit(cache=True, nogil=True)
-def _descend(  # noqa: PLR0917 (a kernel)
+def _descend(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, free: Bools, narrowest: float
 ) -> tuple[Floats, float, Floats]:
     damping = 1e-3
@@ -301,11 +304,26 @@ def _at_width(patch: Patch, ridge: Ridge, half: float, spacing: float) -> Ridge:
     start = ridge.parameters.copy()
     start[0], start[3] = start[0] * start[3] / half, half
     extent = (ridge.start_mm, ridge.end_mm)
-    return _fitted(patch, start, ridge.power, _SYMMETRIC & ~np.eye(5, dtype=np.bool_)[3], extent, spacing)
+    return _fitted(patch, start, ridge.power, _HELD, extent, spacing)
+
+
+@njit(cache=True, nogil=True)
+def _over_widths(  # noqa: PLR0917 (a kernel)
+    u: Floats, v: Floats, lift: Floats, sigma: Floats, start: Floats, power: int, free: Bools, halves: Floats
+) -> tuple[Floats, Floats]:
+    """Chi-square and parameters of the best ridge of every half-width."""
+    chi2, every = np.empty(len(halves)), np.empty((len(halves), 5))
+    for i in range(len(halves)):
+        p = start.copy()
+        p[0], p[3] = start[0] * start[3] / halves[i], halves[i]
+        every[i], chi2[i], _normal = _descend(u, v, lift, sigma, p, power, free, halves[i])
+    return chi2, every
 
 
 def _determined(patch: Patch, ridge: Ridge, spacing: float) -> bool:
     """Whether the data refuse a burr narrower or wider by a fifth."""
+    if ridge.parameters[3] > _WELL_SAMPLED * spacing:
+        return True
     limit = ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
     half = float(ridge.parameters[3])
     return all(_at_width(patch, ridge, share * half, spacing).chi2 > limit for share in (0.8, 1.25))
@@ -321,15 +339,16 @@ def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     """
     if _determined(patch, ridge, spacing):
         return ridge
-    widest = max(2.0, 2.0 * float(ridge.parameters[3]) / spacing)
-    halves = np.arange(0.4, widest, 0.05)[:60] * spacing
-    fits = [_at_width(patch, ridge, float(half), spacing) for half in halves]
-    chi2 = np.array([fit.chi2 for fit in fits])
-    aspect = np.log(np.array([fit.height_mm / fit.width_mm for fit in fits]).clip(1e-6))
+    start = ridge.parameters
+    halves = np.arange(0.4, max(2.0, 2.0 * float(start[3]) / spacing), 0.1) * spacing
+    chi2, every = _over_widths(
+        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, start, ridge.power, _HELD, halves
+    )
+    aspect = np.log((every[:, 0] / (2.0 * halves)).clip(1e-6))
     weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
     weight /= weight.sum()
     middle = _at_width(patch, ridge, float(weight @ halves), spacing)
-    off = np.array([fit.parameters for fit in fits]) - middle.parameters
+    off = every - middle.parameters
     return replace(middle, covariance=middle.covariance + off.T @ (weight[:, None] * off))
 
 

@@ -37,6 +37,8 @@ class Scale:
         Thickness (one sigma) of the data along the normal of the curve.
     spacing_mm
         Distance between neighbouring vertices on the surface.
+    thinnest_mm
+        The smaller of the ranges of z and r: no wall is thinner in the simplest parts.
     arc
         (start, extent) of the angular range with data, radians.
 
@@ -46,6 +48,7 @@ class Scale:
     high_mm: Floats
     noise_mm: float
     spacing_mm: float
+    thinnest_mm: float
     arc: tuple[float, float]
 
     @property
@@ -64,7 +67,10 @@ class Scale:
 
     @property
     def _finest_mm(self) -> float:
-        return min(2.0 * self.spacing_mm, float(np.hypot(*(self.high_mm - self.low_mm))) / 100.0)
+        finest = min(2.0 * self.spacing_mm, float(np.hypot(*(self.high_mm - self.low_mm))) / 100.0)
+        wall = self.thinnest_mm / 6.0
+        # Without noise a small range of radii is a wall (a drawn tube), not the noise of one surface.
+        return wall if max(20.0 * self.noise_mm, finest / 20.0) < wall < finest else finest
 
 
 @dataclass(frozen=True)
@@ -113,7 +119,7 @@ def arc_of(angle: Floats) -> tuple[float, float]:
 def scale_of(profile: Profile) -> Scale:
     """Measure the extent, the noise and the spacing of the data. O(V)."""
     low, high = np.array([_limits(profile.z_mm), _limits(profile.r_mm)]).T
-    diagonal = float(np.hypot(*(high - low)))
+    diagonal, thinnest = float(np.hypot(*(high - low))), float((high - low).min())
     low, high = low - 0.02 * diagonal - 1e-12, high + 0.02 * diagonal + 1e-12
     arc = arc_of(profile.angle)
     side = diagonal / 48.0
@@ -123,12 +129,20 @@ def scale_of(profile: Profile) -> Scale:
     spacing = float(np.sqrt(area / len(profile.r_mm)))
     # Rows of a regular scan are lines in the (z, r) plane: a cell must hold several to show their thickness.
     side = max(side, _ROWS * spacing)
-    for _ in range(5):
-        noise, _cells = _thickness(profile.z_mm, profile.r_mm, low, high, side)
+    noise = _noise(profile, low, high, side)
+    return Scale(low, high, noise, spacing, thinnest, arc)
+
+
+def _noise(profile: Profile, low: Floats, high: Floats, side: float) -> float:
+    """Thickness of the data in cells grown until it is thin in them; spokes and treads fill cells of any size."""
+    first = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
+    noise = first
+    for _ in range(4):
         if noise < 0.1 * side:
-            break
+            return noise
         side *= 2.0
-    return Scale(low, high, noise, spacing, arc)
+        noise = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
+    return first
 
 
 def _limits(values: Floats) -> tuple[float, float]:
