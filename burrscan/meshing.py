@@ -72,9 +72,7 @@ def _mesh(points: Floats, sigma: Floats32, keep: Bools, reach: float) -> Surface
 
 
 @njit(cache=True, inline="always")
-def _joined(  # noqa: PLR0917 (a kernel)
-    z0: float, z1: float, s0: float, s1: float, reach: float, pixels: float
-) -> bool:
+def _joined(z0: float, z1: float, s0: float, s1: float, reach: float, pixels: float) -> bool:
     """Whether two depths ``pixels`` apart may belong to one surface."""
     near: bool = abs(z1 - z0) <= reach * pixels * min(z0, z1) + 3.0 * np.sqrt(s0 * s0 + s1 * s1)
     return near
@@ -105,9 +103,7 @@ def _agrees_with_neighbours(depth: Floats, sigma: Floats32, reach: float, outlie
 
 
 @njit(cache=True)
-def _on_plane(  # noqa: PLR0917 (a kernel)
-    z: Floats, x: Floats, y: Floats, variance: Floats, n: int, s0: float, outlier_z: float
-) -> bool:
+def _on_plane(z: Floats, x: Floats, y: Floats, variance: Floats, n: int, s0: float, outlier_z: float) -> bool:
     """Whether 0 lies on the plane z = a + b x + c y through the neighbours, within ``outlier_z`` sigmas."""
     m = np.zeros((3, 3))
     v = np.zeros(3)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Image, Levels, freeze
+from burrscan.arrays import Floats, Floats32, Image, Levels, freeze
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.rig import View
 from burrscan.scanner import Patterns
+
+_TABLE = 65_536
 
 
 @dataclass(frozen=True)
@@ -39,19 +41,19 @@ class Code:
 
 
 def patterns(
-    light: Floats,
+    light: Iterable[Floats | Floats32],
     names: tuple[str, ...],
     *,
     view: View,
     sheet: ProjectorSheet,
     intensity: Floats | None = None,
 ) -> Patterns:
-    """Projector levels of column profiles, dimmed by ``intensity`` where one is given.
+    """Projector levels of frames of light, dimmed by ``intensity`` where one is given.
 
     Parameters
     ----------
     light
-        (F, width) relative light.
+        Per frame, relative light of each column (width,) or of each pixel (height, width).
     names
         One per frame.
     view
@@ -63,20 +65,23 @@ def patterns(
 
     Notes
     -----
-    Rounding to 8 bits is dithered by an ordered pattern (Bayer 1973) in the dimmed case, so that the mean
-    light over a few pixels is exact to a fraction of a level. O(F·height·width).
+    Plain columns are rounded to the nearest level and stay a broadcast view. Anything else is dithered by an
+    ordered pattern (Bayer 1973), so that the mean light over a few pixels is exact to a fraction of a level.
+    O(F·height·width).
 
     """
-    if intensity is None:
-        rows = np.rint(sheet.levels(light)).astype(np.uint8)
+    frames = list(light) if intensity is None else light
+    if isinstance(frames, list) and all(frame.ndim == 1 for frame in frames):
+        rows = np.rint(sheet.levels(np.stack(frames))).astype(np.uint8)
         return Patterns(np.broadcast_to(rows[:, None, :], (len(rows), *view.shape)), names)
-    frames = np.empty((len(light), *view.shape), np.uint8)
-    table = _level_table(sheet)
+    factor = np.float32(_TABLE - 1) * (1.0 if intensity is None else intensity.astype(np.float32))
+    table = sheet.levels(np.linspace(0.0, 1.0, _TABLE)).astype(np.float32)
     offsets = _bayer(view.shape)
-    for frame, row in zip(frames, light, strict=True):
-        wanted = (row * intensity * (len(table) - 1)).astype(np.int32)
+    levels = np.empty((len(names), *view.shape), np.uint8)
+    for frame, one in zip(levels, frames, strict=True):
+        wanted = np.clip(one * factor, 0.0, _TABLE - 1).astype(np.int32)
         frame[:] = np.minimum(table[wanted] + offsets, 255.0).astype(np.uint8)
-    return Patterns(frames, names)
+    return Patterns(levels, names)
 
 
 def light_of(levels: Levels, sheet: ProjectorSheet) -> Floats:
@@ -84,14 +89,8 @@ def light_of(levels: Levels, sheet: ProjectorSheet) -> Floats:
     return np.asarray(sheet.light[levels])
 
 
-def _level_table(sheet: ProjectorSheet) -> Floats:
-    """Fractional level for light 0 .. 1 in fine steps; between two levels the dither is linear in light."""
-    light = np.linspace(0.0, 1.0, 65_536)
-    return sheet.levels(light)
-
-
-def _bayer(shape: tuple[int, int]) -> Floats:
+def _bayer(shape: tuple[int, int]) -> Floats32:
     """Ordered thresholds in (0, 1), 4×4, tiled to ``shape``."""
     tile = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])
     tiled = np.tile((tile + 0.5) / 16.0, (shape[0] // 4 + 1, shape[1] // 4 + 1))
-    return np.asarray(tiled[: shape[0], : shape[1]])
+    return np.asarray(tiled[: shape[0], : shape[1]], np.float32)

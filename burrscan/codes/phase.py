@@ -82,7 +82,7 @@ def decode_phase(images: Image, *, camera: CameraSheet, period_px: float) -> Pha
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _phase(  # noqa: PLR0917 (a kernel)
+def _phase(
     images: Image,
     cosine: Floats,
     sine: Floats,

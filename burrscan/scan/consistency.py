@@ -52,7 +52,8 @@ def consistent(
                 beside_edge |= np.abs(there - u_px) > distance * jump_px
     around = np.fmin.reduce([shifted(lost, 2 * y, 2 * x) for y, x in _STEPS])
     torn = beside_edge & (lost - around > most_lost)
-    return np.isfinite(u_px) & ~torn & ~_outlying(u_px, sigma_px, outlier_z, outlier_px)
+    good: Bools = np.isfinite(u_px) & ~torn & ~_outlying(u_px, sigma_px, outlier_z, outlier_px)
+    return good
 
 
 def shifted(image: Floats32, rows: int, columns: int) -> Floats32:
@@ -72,4 +73,5 @@ def _outlying(u_px: Floats32, sigma_px: Floats32, z: float, least_px: float) -> 
     nearest = np.fmin(across, along)
     with np.errstate(invalid="ignore"):
         off = nearest > least_px + z * sigma_px
-    return np.asarray(off | (neighbours < 2))
+    outlying: Bools = off | (neighbours < 2)
+    return outlying

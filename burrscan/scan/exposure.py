@@ -146,7 +146,7 @@ def best_exposure_ms(
     return float(exposures[candidates - 1 - int(np.argmax(counts[::-1]))])
 
 
-def _usable(  # noqa: PLR0917 (the arguments of its one caller)
+def _usable(
     white_e: Floats, black_e: Floats, camera: CameraSheet, period_px: float, steps: int, max_sigma_px: float
 ) -> Bools:
     sigma = sine_sigma_px(white_e - black_e, black_e, camera=camera, period_px=period_px, steps=steps)

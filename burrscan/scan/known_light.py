@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Floats, Floats32, Levels
 from burrscan.devices import ProjectorSheet
-from burrscan.scan.sequence import Sequence
+from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
 
 _GAUSS = 0.5 / np.sqrt(3.0)
@@ -21,7 +21,7 @@ _LONGEST_STEP_PX = 2.0
 
 
 def light_bias_px(
-    u_px: Floats32, v_px: Floats, shown: Patterns, code: Sequence, *, sheet: ProjectorSheet
+    u_px: Floats32, v_px: Floats32, shown: Patterns, code: Stripes, *, sheet: ProjectorSheet
 ) -> Floats32:
     """Error (h, w) of the fused column that the projected frames cause, NaN where u or v is.
 
@@ -41,16 +41,16 @@ def light_bias_px(
     footprint. O(pixels · frames · 16).
 
     """
-    first = 2 * len(code.bits)
-    levels = np.ascontiguousarray(np.moveaxis(shown.frames[first:], 0, -1))
+    levels = np.ascontiguousarray(np.moveaxis(shown.frames, 0, -1))
     bias: Floats32 = _bias(
         u_px.astype(np.float64),
-        v_px,
+        v_px.astype(np.float64),
         _slopes(u_px),
         _slopes(v_px),
         levels,
         sheet.light,
-        np.array(code.periods_px),
+        2.0 * np.pi * code.per_column,
+        2.0 * np.pi * code.per_row,
     )
     return bias
 
@@ -64,18 +64,19 @@ def _slopes(values: Floats | Floats32) -> Floats32:
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _bias(  # noqa: PLR0917 (a kernel)
+def _bias(
     u_px: Floats,
     v_px: Floats,
     du: Floats32,
     dv: Floats32,
     levels: Levels,
     light: Floats,
-    periods: Floats,
+    f: Floats,
+    g: Floats,
 ) -> Floats32:
     height, width = u_px.shape
     rows, columns, frames = levels.shape
-    steps = frames // len(periods)
+    steps = frames // len(f)
     out = np.full((height, width), np.nan, np.float32)
     for r in prange(height):
         seen = np.empty(frames)
@@ -91,22 +92,25 @@ def _bias(  # noqa: PLR0917 (a kernel)
                     x, y = int(u), int(v)
                     s, t = u - x, v - y
                     w00, w01, w10, w11 = (1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s
-                    for f in range(frames):
-                        seen[f] += (
-                            w00 * light[levels[y, x, f]]
-                            + w01 * light[levels[y, x + 1, f]]
-                            + w10 * light[levels[y + 1, x, f]]
-                            + w11 * light[levels[y + 1, x + 1, f]]
+                    for i in range(frames):
+                        seen[i] += (
+                            w00 * light[levels[y, x, i]]
+                            + w01 * light[levels[y, x + 1, i]]
+                            + w10 * light[levels[y + 1, x, i]]
+                            + w11 * light[levels[y + 1, x + 1, i]]
                         )
-            total, weights = 0.0, 0.0
-            for j in range(len(periods)):
+            auu, auv, avv, bu, bv = 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(len(f)):
                 a, b = 0.0, 0.0
-                turn = 2.0 * np.pi * u0 / periods[j]
+                turn = f[j] * u0 + g[j] * v0
                 for n in range(steps):
                     a += seen[j * steps + n] * np.cos(2.0 * np.pi * n / steps - turn)
                     b += seen[j * steps + n] * np.sin(2.0 * np.pi * n / steps - turn)
-                weight = (a * a + b * b) / periods[j] ** 2
-                total += weight * np.arctan2(b, a) * periods[j] / (2.0 * np.pi)
-                weights += weight
-            out[r, c] = total / weights
+                # the same fit of column and row as the reading's
+                auu += f[j] * f[j]
+                auv += f[j] * g[j]
+                avv += g[j] * g[j]
+                bu += f[j] * np.arctan2(b, a)
+                bv += g[j] * np.arctan2(b, a)
+            out[r, c] = (avv * bu - auv * bv) / (auu * avv - auv * auv)
     return out

@@ -80,7 +80,7 @@ def _histogram(response: Response, camera: CameraSheet) -> tuple[Floats, Floats]
     return count.astype(float), np.exp(0.5 * (edges[1:] + edges[:-1]))
 
 
-def _information(  # noqa: PLR0917 (the arguments of its one caller)
+def _information(
     rate: Floats,
     background: float,
     exposure_ms: float,

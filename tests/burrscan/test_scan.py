@@ -38,7 +38,7 @@ class Outcome:
 
 @lru_cache(maxsize=8)
 def outcome(name: str, indirect: float = 0.0) -> Outcome:
-    instrument = Instrument(small_rig(width=240), indirect=indirect)
+    instrument = Instrument(small_rig(width=200), indirect=indirect)
     scan = resolve(name, METHODS, stage="scan")(instrument)
     longest = instrument.camera.exposure_range_ms[1]
     sigma = sine_sigma_px(

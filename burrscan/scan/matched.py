@@ -1,0 +1,309 @@
+"""Reading a round of stripes: a matched filter along the epipolar line.
+
+A pixel's phasors, one per frequency, are compared with those that each column on its epipolar line predicts.
+The sum is coherent: direct light adds up at one column, noise and light by way of other surfaces do not.
+Around the best column the maximum-likelihood fit of column, row and amplitude gives the result; how badly the
+phasors fit widens its sigma and divides the lead over the second best column.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit, prange
+
+from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.devices import CameraSheet
+from burrscan.rig import Rig
+from burrscan.scan.epipolar import epipolar_nodes
+from burrscan.scan.stripes import Stripes
+
+_GRID_PX = 2.0
+_MAIN_LOBE_PX = 5.0
+_DETECTION_Z = 4.0
+_MODULATION_ERROR = 0.02
+_INDIRECT_GUESS = 0.15
+_LEAST_FREQUENCIES = 5
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One round, decoded; all (h, w), NaN where nothing was detected.
+
+    Parameters
+    ----------
+    u_px, v_px, sigma_u_px, sigma_v_px
+        Column and row, each with its stated sigma.
+    direct_e
+        Electrons that full light adds directly.
+    lost
+        Light that full light shows beyond the stripes' modulation, per modulated light.
+    misfit
+        chi² per degree of freedom of the phasors.
+    lead
+        By how much the second best column fits worse, chi² in units of ``misfit``.
+    off_line_px
+        Distance of the fitted row from the epipolar line.
+    clipped
+        True where a frame was clipped.
+
+    """
+
+    u_px: Floats32
+    v_px: Floats32
+    sigma_u_px: Floats32
+    sigma_v_px: Floats32
+    direct_e: Floats32
+    lost: Floats32
+    misfit: Floats32
+    lead: Floats32
+    off_line_px: Floats32
+    clipped: Bools
+
+    def blanked(self, *, max_sigma_px: float, least_lead: float = 14.0, off_line_px: float = 1.5) -> Reading:
+        """The same with NaN where the column is coarse or ambiguous, or the row off the epipolar line.
+
+        A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more.
+        """
+        with np.errstate(invalid="ignore"):
+            fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= least_lead)
+            fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
+        nan = np.float32(np.nan)
+        columns = {name: np.where(fine, getattr(self, name), nan) for name in ("u_px", "v_px")}
+        sigmas = {name: np.where(fine, getattr(self, name), nan) for name in ("sigma_u_px", "sigma_v_px")}
+        return replace(self, **columns, **sigmas)
+
+
+def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e: Floats32) -> Reading:
+    """Decode a round.
+
+    Parameters
+    ----------
+    images
+        (F, h, w) DN, in the order of the stripes' frames.
+    code
+        What was shown.
+    camera, rig
+        The noise model and the epipolar lines.
+    dark_e
+        (h, w) electrons under a black projector at the round's exposure.
+
+    Notes
+    -----
+    O(lit pixels · K · columns / 2 px). Frequencies with a clipped frame are left out.
+
+    """
+    gain = camera.gain_dn_per_e
+    floor = (gain * camera.read_noise_e) ** 2 + 1.0 / 12.0
+    planes, clipped = _read(
+        images,
+        2.0 * np.pi * code.per_column,
+        2.0 * np.pi * code.per_row,
+        epipolar_nodes(rig),
+        dark_e * np.float32(gain),
+        np.array([camera.black_level_dn, gain, floor, camera.saturation_dn]),
+        rig.projector.width,
+    )
+    u, v, sigma_u, sigma_v, amplitude, lost, misfit, lead, off_line = planes
+    direct_e = amplitude * np.float32(2.0 / gain)
+    return Reading(u, v, sigma_u, sigma_v, direct_e, lost, misfit, lead, off_line, clipped)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _read(
+    images: Image, f: Floats, g: Floats, nodes: Floats32, dark: Floats32, sheet: Floats, columns: int
+) -> tuple[Floats32, Bools]:
+    _, height, width = images.shape
+    planes = np.full((9, height, width), np.nan, np.float32)
+    clipped = np.zeros((height, width), np.bool_)
+    for r in prange(height):
+        z = np.empty(len(f), np.complex128)
+        variance = np.empty(len(f))
+        for c in range(width):
+            mean, usable = _phasors(images, r, c, sheet, z, variance)
+            clipped[r, c] = usable < len(f)
+            if usable < _LEAST_FREQUENCIES or not _detected(z, variance, usable):
+                continue
+            unknown = (_INDIRECT_GUESS * _indirect(z, variance, mean, dark[r, c])) ** 2
+            u, v, best, second = _search(z, variance + unknown, f, g, nodes[r, c], columns)
+            if best <= 0.0:
+                continue
+            row = v
+            u, v, amplitude, var_u, var_v, misfit = _fit(z, variance, f, g, u, v)
+            if not amplitude > 0.0:
+                continue
+            wider = max(misfit, 1.0)
+            planes[0, r, c], planes[1, r, c] = u, v
+            planes[2, r, c], planes[3, r, c] = np.sqrt(var_u * wider), np.sqrt(var_v * wider)
+            planes[4, r, c] = amplitude
+            planes[5, r, c] = max(2.0 * (mean - dark[r, c]) / (2.0 * amplitude) - 1.0, 0.0)
+            planes[6, r, c] = misfit
+            planes[7, r, c] = (best - second) / max(misfit * _mean_ratio(variance, unknown), 1.0)
+            planes[8, r, c] = v - _row_at(nodes[r, c], u, row)
+    return planes, clipped
+
+
+@njit(cache=True, nogil=True)
+def _phasors(
+    images: Image, r: int, c: int, sheet: Floats, z: Complexes, variance: Floats
+) -> tuple[float, int]:
+    """Complex amplitude of each frequency and its variance per component; clipped ones weigh nothing."""
+    black, gain, floor, saturation = sheet
+    steps = images.shape[0] // len(z)
+    usable, total = 0, 0.0
+    for j in range(len(z)):
+        a, b, light = 0.0, 0.0, 0.0
+        whole = True
+        for n in range(steps):
+            value = float(images[j * steps + n, r, c])
+            whole &= value < saturation
+            turn = 2.0 * np.pi * n / steps
+            a += value * np.cos(turn)
+            b += value * np.sin(turn)
+            light += value - black
+        z[j] = complex(a, b) * (2.0 / steps)
+        variance[j] = (gain * max(light / steps, 0.0) + floor) * (2.0 / steps)
+        if whole:
+            usable += 1
+            total += light / steps
+        else:
+            variance[j] = np.inf
+    return total / max(usable, 1), usable
+
+
+@njit(cache=True, nogil=True)
+def _detected(z: Complexes, variance: Floats, usable: int) -> bool:
+    """Whether the phasors together are longer than noise makes them."""
+    power = 0.0
+    for j in range(len(z)):
+        power += (z[j].real ** 2 + z[j].imag ** 2) / variance[j]
+    detected: bool = power > 2.0 * usable + _DETECTION_Z * np.sqrt(4.0 * usable)
+    return detected
+
+
+@njit(cache=True, nogil=True)
+def _mean_ratio(variance: Floats, unknown: float) -> float:
+    """Variance by noise alone over that with the unknown light's, of the usable frequencies together."""
+    noise, usable = 0.0, 0
+    for j in range(len(variance)):
+        if variance[j] < np.inf:
+            noise += variance[j]
+            usable += 1
+    return noise / (noise + usable * unknown)
+
+
+@njit(cache=True, nogil=True)
+def _indirect(z: Complexes, variance: Floats, mean: float, dark: float) -> float:
+    """Light at full white that neither the median modulation nor the dark nor noise explains."""
+    size = np.empty(len(z))
+    noise = 0.0
+    usable = 0
+    for j in range(len(z)):
+        size[j] = abs(z[j])
+        if variance[j] < np.inf:
+            usable += 1
+            noise += variance[j]
+    beyond: float = max(2.0 * (mean - dark - np.median(size)) - 4.0 * np.sqrt(noise / usable), 0.0)
+    return beyond
+
+
+@njit(cache=True, nogil=True)
+def _search(  # noqa: C901 (a kernel)
+    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, columns: int
+) -> tuple[float, float, float, float]:
+    """Best column and row along the epipolar polyline, and the gains in chi² of it and of the second best."""
+    count = len(z)
+    weight = 0.0
+    for j in range(count):
+        weight += 1.0 / variance[j]
+    sums = np.zeros(columns // 2 + 16 * len(nodes))
+    places = np.empty(len(sums))
+    n = 0
+    re, im = np.empty(count), np.empty(count)
+    turn_re, turn_im = np.empty(count), np.empty(count)
+    for s in range(len(nodes) - 1):
+        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
+        if not u1 > u0:
+            continue
+        slope = (v1 - v0) / (u1 - u0)
+        start, stop = max(u0, -0.5), min(u1, columns - 0.5)
+        for j in range(count):
+            angle = f[j] * start + g[j] * (v0 + slope * (start - u0))
+            step = (f[j] + g[j] * slope) * _GRID_PX
+            c, d = np.cos(angle), np.sin(angle)
+            re[j] = (z[j].real * c + z[j].imag * d) / variance[j]
+            im[j] = (z[j].imag * c - z[j].real * d) / variance[j]
+            turn_re[j], turn_im[j] = np.cos(step), np.sin(step)
+        u = start
+        while u < stop and n < len(sums):
+            total = 0.0
+            for j in range(count):
+                total += re[j]
+                turned = re[j] * turn_re[j] + im[j] * turn_im[j]
+                im[j] = im[j] * turn_re[j] - re[j] * turn_im[j]
+                re[j] = turned
+            sums[n], places[n] = total, u
+            n += 1
+            u += _GRID_PX
+    best, second, at = 0.0, 0.0, -1
+    for i in range(n):
+        if sums[i] > best:
+            best, at = sums[i], i
+    if at < 0:
+        return np.nan, np.nan, -1.0, 0.0
+    for i in range(n):
+        if sums[i] > second and abs(places[i] - places[at]) > _MAIN_LOBE_PX:
+            second = sums[i]
+    u = places[at]
+    return u, _row_at(nodes, u, 0.0), best * best / weight, second * second / weight
+
+
+@njit(cache=True, nogil=True)
+def _row_at(nodes: Floats32, u: float, otherwise: float) -> float:
+    """Row of the epipolar polyline at a column."""
+    for s in range(len(nodes) - 1):
+        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
+        if u1 > u0 and u0 - 1.0 <= u <= u1 + 1.0:
+            row: float = v0 + (v1 - v0) / (u1 - u0) * (u - u0)
+            return row
+    return otherwise
+
+
+@njit(cache=True, nogil=True)
+def _fit(
+    z: Complexes, variance: Floats, f: Floats, g: Floats, u: float, v: float
+) -> tuple[float, float, float, float, float, float]:
+    """Maximum likelihood of column, row and amplitude by Gauss-Newton, with variances and chi² per dof."""
+    amplitude, iuu, ivv, misfit = 0.0, np.inf, np.inf, np.inf
+    for _ in range(4):
+        s, w = 0.0, 0.0
+        for j in range(len(z)):
+            angle = f[j] * u + g[j] * v
+            s += (z[j].real * np.cos(angle) + z[j].imag * np.sin(angle)) / variance[j]
+            w += 1.0 / variance[j]
+        amplitude = s / w
+        if not amplitude > 0.0:
+            break
+        auu, auv, avv, bu, bv, chi2, dof = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0
+        for j in range(len(z)):
+            angle = f[j] * u + g[j] * v
+            c, d = np.cos(angle), np.sin(angle)
+            along, across = z[j].real * c + z[j].imag * d, z[j].imag * c - z[j].real * d
+            k = 1.0 / variance[j]
+            auu += k * f[j] * f[j]
+            auv += k * f[j] * g[j]
+            avv += k * g[j] * g[j]
+            bu += k * f[j] * across
+            bv += k * g[j] * across
+            tolerated = (_MODULATION_ERROR * amplitude) ** 2
+            chi2 += across * across * k + (along - amplitude) ** 2 / (variance[j] + tolerated)
+            dof += 2.0 if k > 0.0 else 0.0
+        det = auu * avv - auv * auv
+        if not det > 0.0:
+            break
+        u += (avv * bu - auv * bv) / (det * amplitude)
+        v += (auu * bv - auv * bu) / (det * amplitude)
+        iuu, ivv = avv / (det * amplitude**2), auu / (det * amplitude**2)
+        misfit = chi2 / dof
+    return u, v, amplitude, iuu, ivv, misfit
