@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats
+from burrscan.axis.kernel import kernel
 
 FINE_SIDE = 0.03
 """Side of a fine voxel, in units of the cloud's rms radius."""
@@ -38,7 +38,7 @@ class Cloud:
     rotation: Floats
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
     """Mean and covariance, in two passes over the data (a mean far from the origin costs no digits)."""
     n = vertices.shape[0]
@@ -61,7 +61,7 @@ def _moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
     return np.array([mx, my, mz]), covariance
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turned(vertices: Floats, mean: Floats, turn: Floats, points: Floats) -> Floats:  # pragma: no cover
     """Fill ``points`` with the vertices in the principal frame; return the third moments."""
     sx, sy, sz = 0.0, 0.0, 0.0
@@ -95,7 +95,7 @@ def canonical_cloud(vertices_mm: Floats, sigma_mm: Floats | None) -> Cloud:
     return Cloud(points, weights, mean, scale, turn * senses)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(
     points: Floats, weights: Floats, side: float, reach: float, keys: Floats, rows: Floats, table: Floats
 ) -> int:  # pragma: no cover

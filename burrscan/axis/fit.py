@@ -11,22 +11,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import REACH
+from burrscan.axis.kernel import kernel
 from burrscan.axis.ridges import GATE, Pieces, find_pieces, meridian_bounds
 
 TUKEY = 5.0
 """Residuals beyond this many sigma count nothing (96 % efficient)."""
 FLOOR = 1e-7
 """Least noise, in units of the rms radius."""
-SETTLED = 1e-4
-"""A step below this share of the noise is the last one."""
+THINNED_STEPS = 4
 BINS = 256
 FEWEST = 12.0
-"""A piece with less than this weight of points is left out."""
+"""A piece with less than this weight of points, or less than a fortieth of the mean weight, is left out."""
+BEND = 0.2
+"""Slope and bend of a piece off its ridge are expected within this many spacings (they are noise beyond)."""
 
 
 @dataclass
@@ -41,6 +42,8 @@ class Fit:
         (K, 3, 4) change of those by the pose.
     gram
         (K, 3, 3) inverse of each piece's normal matrix.
+    raw_sigma
+        Noise before smoothing.
 
     """
 
@@ -51,11 +54,12 @@ class Fit:
     coefficients: Floats
     response: Floats
     gram: Floats
+    raw_sigma: float
     inliers: float
     steps: int
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meridian(
     points: Floats, i: int, frame: Floats, place: Floats
 ) -> tuple[float, float, float]:  # pragma: no cover
@@ -67,7 +71,7 @@ def meridian(
     return x, y, z
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def piece_of(z: float, r: float, labels: Ints32, origin: Floats, cell: float) -> int:  # pragma: no cover
     """The piece a point of the (z, r) plane belongs to, or -1."""
     fz, fr = (z - origin[0]) / cell, (r - origin[1]) / cell
@@ -76,7 +80,7 @@ def piece_of(z: float, r: float, labels: Ints32, origin: Floats, cell: float) ->
     return int(labels[int(fz), int(fr)])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def off_piece(
     z: float, r: float, centre: Floats, normal: Floats, coefficients: Floats, spacing: float
 ) -> tuple[float, float, float, float]:  # pragma: no cover
@@ -89,7 +93,7 @@ def off_piece(
     return t, d, nz - slope * nr, nr + slope * nz
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _accumulate(
     points: Floats,
     weights: Floats,
@@ -153,11 +157,11 @@ def _accumulate(
                 e += 1
 
 
-def _eliminated(sums: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
     gram = sums[:, [0, 1, 2, 1, 2, 3, 2, 3, 4]].reshape(-1, 3, 3)
-    few = sums[:, 0] < FEWEST
-    gram = gram + sums[:, 0, None, None] * np.diag([1e-9, 1e-6, 1e-6])
+    few = sums[:, 0] < max(FEWEST, 0.025 * float(sums[:, 0].mean()))
+    gram = gram + np.diag([0.0, stiffness, stiffness]) + sums[:, 0, None, None] * 1e-9 * np.eye(3)
     gram[few] = np.eye(3)
     inverse = np.linalg.inv(gram)
     inverse[few] = 0.0
@@ -205,6 +209,8 @@ def refine(
     blur: float,
     steps: int,
     sigma: float | None = None,
+    raw_sigma: float = 0.0,
+    thinned: tuple[Floats, Floats] | None = None,
 ) -> Fit:
     """Gauss-Newton from an axis; the pieces are found once, at the start. O(V) a step.
 
@@ -218,6 +224,10 @@ def refine(
         Resolution of the pieces.
     sigma
         Noise to start from; without it every point within a piece's reach counts at first.
+    raw_sigma
+        Noise of the points before smoothing, if they are smooth.
+    thinned
+        Fewer points and their weights, that stand for all until the steps are small.
 
     """
     frame, place = frame_of(direction), place - direction * (place @ direction)
@@ -227,11 +237,11 @@ def refine(
     gate = GATE * pieces.spacing
     fit = Fit(
         frame, place, gate if sigma is None else sigma, pieces,
-        np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), 0.0, 0,
+        np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), raw_sigma, 0.0, 0,
     )  # fmt: skip
-    while count and fit.steps < steps:
-        if _step(points, weights, fit, gate) < SETTLED * fit.sigma:
-            break
+    for data in ([thinned] * THINNED_STEPS if thinned else []) + [(points, weights)] * steps:
+        if count:
+            _step(*data, fit, gate)
     return fit
 
 
@@ -240,7 +250,8 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float) -> float:
     sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
     top = min(gate, 8 * fit.sigma)
     _accumulate(points, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma, top, sums, spread)
-    H, g, offset, fit.response, fit.gram = _eliminated(sums)
+    stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
+    H, g, offset, fit.response, fit.gram = _eliminated(sums, stiffness)
     step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
     step = np.clip(step, -0.2, 0.2)
     fit.coefficients = fit.coefficients + offset + fit.response @ step

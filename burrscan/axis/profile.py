@@ -18,7 +18,7 @@ from burrscan.inspection import Axis
 BLUR = 0.02
 """Resolution of the generatrix in units of the rms radius, or coarser where the noise is larger."""
 BLUR_PER_SIGMA = 1.5
-SLOPE_NOISE = 0.02
+SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
 
@@ -29,6 +29,7 @@ def find_axis_profile(
     sigma_mm: Floats | None = None,
     seed: int = 0,  # noqa: ARG001 (nothing here is random)
     smoothing: int = 3,
+    full_steps: int = 2,
 ) -> Axis:
     """Find the axis by fitting a free generatrix to all points.
 
@@ -56,10 +57,14 @@ def find_axis_profile(
     fits = [refine(means, counts, a, c, blur=0.05, steps=3) for a, c, _ in candidates]
     rank = [sharpness(means, counts, f.frame[:, 2], f.place, blur=BLUR) for f in fits]
     fit = fits[int(np.argmax(rank))]
-    for data, mass, steps in ((means, counts, 3), (points, cloud.weights, 3)):
-        blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
-        fit = refine(data, mass, fit.frame[:, 2], fit.place, blur=blur, steps=steps, sigma=fit.sigma)
-        evaluations += fit.steps
+    blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
+    fit = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma)
+    blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
+    fit = refine(
+        points, cloud.weights, fit.frame[:, 2], fit.place,
+        blur=blur, steps=full_steps, sigma=fit.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
+    )  # fmt: skip
+    evaluations += fit.steps
     return axis_of(cloud, fit, spread_of(points, cloud.points, cloud.weights, fit), evaluations)
 
 

@@ -5,16 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints32
+from burrscan.axis.kernel import kernel
 
 CELLS_PER_BLUR = 1.5
+FINER = 4
+"""Cells of the map of pieces per cell of the density. Its staircase borders must be finer than the noise: a border
+aslant to the curve would choose points by their noise."""
 SPACING = 2.5
 """Distance of neighbouring pieces, in blurs."""
 GATE = 1.6
 """Points further than this many spacings from every piece belong to none."""
-MAX_CELLS = 1 << 21
+HALF = 0.25
+"""Half length, in spacings, of the line a point's nearest piece is told by: long lines would overlap, and the nearer of
+two overlapping ones depends on the very noise that is to be averaged."""
+MAX_CELLS = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class Pieces:
     spacing: float
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) -> Floats:  # pragma: no cover
     """Least and greatest z and r of the points within reach."""
     low_z, high_z, low_r, high_r = 1e300, -1e300, 1e300, -1e300
@@ -61,7 +67,7 @@ def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) 
     return np.array([low_z, high_z, low_r, high_r])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _histogram(
     points: Floats, weights: Floats, frame: Floats, place: Floats, origin: Floats, cell: float, field: Floats
 ) -> None:  # pragma: no cover
@@ -86,7 +92,7 @@ def _histogram(
         field[j, k, 5] += w * r * r
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _blurred(field: Floats, kernel: Floats) -> Floats:  # pragma: no cover
     """Separable blur; only non-empty cells cost anything."""
     half = kernel.shape[0] // 2
@@ -108,7 +114,7 @@ def _blurred(field: Floats, kernel: Floats) -> Floats:  # pragma: no cover
     return twice
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma: no cover
     """Cells whose density is greatest across the local normal: rows (z, r, nz, nr, density, flatness)."""
     rows, columns = field.shape[0], field.shape[1]
@@ -149,7 +155,7 @@ def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma:
     return found[:count]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _spread_out(ridges: Floats, order: Ints32, spacing: float) -> Ints32:  # pragma: no cover
     """Greedy choice in the given order, no two closer than the spacing."""
     chosen = np.empty(order.shape[0], dtype=np.int64)
@@ -167,21 +173,21 @@ def _spread_out(ridges: Floats, order: Ints32, spacing: float) -> Ints32:  # pra
     return chosen[:count]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _label_map(
     centre: Floats, normal: Floats, shape: tuple[int, int], cell: float, spacing: float, gate: float
 ) -> Ints32:  # pragma: no cover
-    """Piece nearest to each cell, as the distance to a line segment 1.5 spacings long."""
-    labels = np.full(shape, -1, dtype=np.int32)
+    """Piece nearest to each cell, as the distance to a short line segment."""
+    labels = np.full(shape, -1, dtype=np.int16)
     best = np.full(shape, gate * gate)
-    reach = int(np.ceil((gate + 0.75 * spacing) / cell))
+    reach = int(np.ceil((gate + HALF * spacing) / cell))
     for m in range(centre.shape[0]):
         j0, k0 = int(centre[m, 0] / cell), int(centre[m, 1] / cell)
         for j in range(max(0, j0 - reach), min(shape[0] - 1, j0 + reach) + 1):
             for k in range(max(0, k0 - reach), min(shape[1] - 1, k0 + reach) + 1):
                 dz, dr = (j + 0.5) * cell - centre[m, 0], (k + 0.5) * cell - centre[m, 1]
                 across = dz * normal[m, 0] + dr * normal[m, 1]
-                along = max(0.0, abs(dr * normal[m, 0] - dz * normal[m, 1]) - 0.75 * spacing)
+                along = max(0.0, abs(dr * normal[m, 0] - dz * normal[m, 1]) - HALF * spacing)
                 distance = across * across + along * along
                 if distance < best[j, k]:
                     best[j, k] = distance
@@ -217,5 +223,7 @@ def find_pieces(
     order = np.argsort(ridges[:, 5] - 1e-3 * ridges[:, 4] / typical, kind="stable")
     chosen = ridges[_spread_out(ridges, order, spacing)]
     centre, normal = np.ascontiguousarray(chosen[:, :2]), np.ascontiguousarray(chosen[:, 2:4])
-    labels = _label_map(centre, normal, density.shape, cell, spacing, GATE * spacing)
-    return Pieces(centre + origin, normal, labels, origin, cell, spacing)
+    fine = cell / FINER
+    shape = (density.shape[0] * FINER, density.shape[1] * FINER)
+    labels = _label_map(centre, normal, shape, fine, spacing, GATE * spacing)
+    return Pieces(centre + origin, normal, labels, origin, fine, spacing)

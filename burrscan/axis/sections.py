@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.axis.kernel import kernel
 
 
 def ransac_rounds(rejected: float, *, confidence: float = 0.99, sample: int = 3) -> float:
@@ -25,7 +25,7 @@ def turned_to_z(theta: float, phi: float) -> Floats:
     return np.array([[cp * ct, cp * st, -sp], [-st, ct, 0.0], [sp * ct, sp * st, cp]])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bags(
     vertices: Floats, faces: Ints32, turn: Floats, planes: int, every: bool
 ) -> tuple[Floats, Ints]:  # pragma: no cover
@@ -66,7 +66,7 @@ def _bags(
     return points[:found], index[:found]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: no cover
     """Least-squares circle without iteration: minimise Σ (x² + y² + Bx + Cy + D)² (Kåsa; Chernov & Lesort)."""
     n = x.shape[0]
@@ -88,7 +88,7 @@ def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: 
     return a + mx, b + my, np.sqrt(a * a + b * b + w / n)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: no cover
     """Taubin's circle by Newton's method (Chernov): hardly biased towards small circles on short arcs."""
     n = x.shape[0]
@@ -124,14 +124,14 @@ def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma
     return a + mx, b + my, np.sqrt(a * a + b * b + z)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _random(state: Ints) -> float:  # pragma: no cover
     """Uniform in [0, 1): a 31-bit Lehmer generator, so that a section costs no generator object."""
     state[0] = (state[0] * 48271) % 2147483647
     return state[0] / 2147483647.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def robust_circle(
     x: Floats, y: Floats, tolerance: float, rounds: int, best_so_far: bool, taubin: bool, state: Ints
 ) -> tuple[float, float, float, float, float]:  # pragma: no cover
@@ -178,7 +178,7 @@ def robust_circle(
     return a, b, r, 1.0 - best / n, float(taken)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def fit_circles(
     points: Floats,
     index: Ints,

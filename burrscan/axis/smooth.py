@@ -7,15 +7,15 @@ found from: they treat every meridian alike, so they blur the generatrix but do 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints32
+from burrscan.axis.kernel import kernel
 
 EDGE_LIMIT = 4.0
 """Edges longer than this many median edges join different surfaces, or an outlier, and carry nothing."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no cover
     """Median squared length of the faces' first edges, from a histogram over logarithms (order-free)."""
     bins = np.zeros(2048)
@@ -33,33 +33,38 @@ def _median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no c
     return 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _round(points: Floats, faces: Ints32, limit: float, out: Floats) -> None:  # pragma: no cover
-    """One round: each vertex to the mean of itself (weight 4) and its neighbours (once per shared face)."""
-    count = np.full(points.shape[0], 4.0)
-    for i in range(points.shape[0]):
-        for e in range(3):
-            out[i, e] = 4.0 * points[i, e]
+    """One round: each vertex to the mean of the middles of its faces; faces with a long edge do not count."""
+    count = np.zeros(points.shape[0])
+    out[:] = 0.0
     for f in range(faces.shape[0]):
-        for s in range(3):
-            a, b = faces[f, s], faces[f, (s + 1) % 3]
-            x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
-            if x * x + y * y + z * z < limit:
-                out[a, 0] += points[b, 0]
-                out[a, 1] += points[b, 1]
-                out[a, 2] += points[b, 2]
-                out[b, 0] += points[a, 0]
-                out[b, 1] += points[a, 1]
-                out[b, 2] += points[a, 2]
-                count[a] += 1.0
-                count[b] += 1.0
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
+        bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
+        cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
+        ab = (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2
+        bc = (bx - cx) ** 2 + (by - cy) ** 2 + (bz - cz) ** 2
+        ca = (cx - ax) ** 2 + (cy - ay) ** 2 + (cz - az) ** 2
+        if max(ab, bc, ca) < limit:
+            x, y, z = ax + bx + cx, ay + by + cy, az + bz + cz
+            for v in (a, b, c):
+                out[v, 0] += x
+                out[v, 1] += y
+                out[v, 2] += z
+                count[v] += 3.0
     for i in range(points.shape[0]):
-        for e in range(3):
-            out[i, e] /= count[i]
+        if count[i] > 0.0:
+            share = 1.0 / count[i]
+            for e in range(3):
+                out[i, e] *= share
+        else:
+            for e in range(3):
+                out[i, e] = points[i, e]
 
 
 def smoothed(points: Floats, faces: Ints32, *, rounds: int) -> Floats:
-    """Average each vertex with its neighbours, ``rounds`` times. O(rounds · T)."""
+    """Average each vertex over its faces, ``rounds`` times. O(rounds · T)."""
     limit = EDGE_LIMIT**2 * _median_square_edge(points, faces)
     for _ in range(rounds):
         out = np.empty_like(points)
@@ -68,7 +73,7 @@ def smoothed(points: Floats, faces: Ints32, *, rounds: int) -> Floats:
     return points
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
     """Noise of the raw points, from the median distance that smoothing moved them (mostly along the normal)."""
     bins = np.zeros(2048)

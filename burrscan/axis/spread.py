@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.fit import TUKEY, Fit, curve, meridian, off_piece, piece_of
+from burrscan.axis.kernel import kernel
 
 SECTORS = 64
-BINS_ALONG = 24
+BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
 LEAST_SHARE = 0.3
 """Information of which less than this share is more than noise of the generatrix's slope is none."""
@@ -37,7 +37,7 @@ class Spread:
     noise: float
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _tally(
     points: Floats,
     raw: Floats,
@@ -82,11 +82,12 @@ def _tally(
         J[0], J[1], J[2], J[3] = -g * sine, g * cosine, mr * cosine, mr * sine
         K[0], K[1], K[2], K[3] = -h * sine, h * cosine, mz * cosine, mz * sine
         v = gram[k, 1, 1] + 4.0 * t * (gram[k, 1, 2] + t * gram[k, 2, 2])
-        angle = np.arctan2(y, x)
+        size = abs(x) + abs(y)
+        turn = (1.0 - x / size if y >= 0.0 else 3.0 + x / size) * (SECTORS / 4)  # monotone in the angle
         a, b, c = meridian(raw, i, frame, place)
         d += (c - z) * mz + ((a - x) * cosine + (b - y) * sine) * mr
         u = min(BINS_ALONG - 1, max(0, int((t * 0.25 + 0.5) * BINS_ALONG)))
-        row = scores[k, u, int((angle / (2.0 * np.pi) + 0.5) * SECTORS) % SECTORS]
+        row = scores[k, u, int(turn) % SECTORS]
         row[0] += w
         row[1] += w * d
         row[10] += w * d * d

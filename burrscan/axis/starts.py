@@ -7,9 +7,9 @@ sine of the angle between the normal n at p and the meridian plane of p is n · 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats
+from burrscan.axis.kernel import kernel
 from burrscan.axis.surfels import Surfels
 
 WIDTH = 0.08
@@ -24,7 +24,7 @@ def hemisphere(count: int) -> Floats:
     return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _basis(a: Floats) -> Floats:  # pragma: no cover
     """(2, 3) two unit vectors perpendicular to ``a``."""
     start = np.zeros(3)
@@ -34,7 +34,7 @@ def _basis(a: Floats) -> Floats:  # pragma: no cover
     return np.stack((u, np.cross(a, u)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) -> Floats:  # pragma: no cover
     """The point nearest, in least absolute deviations, to the lines of the normals seen along ``a``."""
     uv = _basis(a)
@@ -62,7 +62,7 @@ def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) 
     return cu * uv[0] + cv * uv[1]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def angle_cost(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float
 ) -> float:  # pragma: no cover
@@ -79,7 +79,7 @@ def angle_cost(
     return cost
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _normal_equations(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, uv: Floats, width: float
 ) -> tuple[Floats, Floats]:  # pragma: no cover
@@ -115,7 +115,7 @@ def _normal_equations(
     return H, g
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def descend(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float, rounds: int
 ) -> tuple[Floats, Floats, float]:  # pragma: no cover
@@ -145,7 +145,7 @@ def descend(
     return a, c, cost
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _grid(
     points: Floats, normals: Floats, weights: Floats, directions: Floats, width: float
 ) -> tuple[Floats, Floats]:  # pragma: no cover

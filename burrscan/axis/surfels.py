@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints
+from burrscan.axis.kernel import kernel
 
 COARSE = 3
 """A surfel's voxel is this many fine voxels wide."""
@@ -22,7 +22,7 @@ class Surfels:
     weights: Floats
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _coarse_sums(cells: Ints, rows: Floats, index: Ints, side: int) -> Floats:  # pragma: no cover
     sums = np.zeros((cells.shape[0], 10))
     count = 0
@@ -37,7 +37,7 @@ def _coarse_sums(cells: Ints, rows: Floats, index: Ints, side: int) -> Floats:  
     return sums[:count]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def plane_of(row: Floats) -> tuple[float, float, float, float]:  # pragma: no cover
     """Unit normal of the plane through points with the given moments, and how far from planar they are.
 
@@ -79,7 +79,7 @@ def plane_of(row: Floats) -> tuple[float, float, float, float]:  # pragma: no co
     return nx / root, ny / root, nz / root, max(least, 0.0) / middle
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fit_planes(
     places: Ints, index: Ints, sums: Floats, few: float
 ) -> tuple[Floats, Floats]:  # pragma: no cover
