@@ -19,6 +19,7 @@ from scenes.wheel.tool import Tool
 from scenes.wheel.truth import TrueBurr, deviation_mm
 
 _TRUTH_CHORD_MM = 1e-5
+_SHARES = 5
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def _truth(burr: BurrSpec, tool: Tool, volume_mm3: float, outline: Outline) -> T
         angle_deg=tool.angle_deg,
         z_start_mm=tool.z_start_mm,
         z_end_mm=tool.z_end_mm,
-        height_mm=float(np.abs(deviation[inside]).max()),
+        height_mm=_height(crest, tool, outline),
         width_mm=tool.width_mm,
         length_mm=tool.length_mm,
         area_mm2=volume_mm3 / tool.length_mm,
@@ -148,3 +149,11 @@ def _truth(burr: BurrSpec, tool: Tool, volume_mm3: float, outline: Outline) -> T
         deviation_mm=deviation[inside],
         arc_deg=tool.arc_deg,
     )
+
+
+def _height(crest: Floats, tool: Tool, outline: Outline) -> float:
+    """Largest distance from the outline along the crest, between its stations too."""
+    shares = np.linspace(0.0, 1.0, _SHARES)[:, None, None]
+    dense = np.concatenate(crest[:-1] * (1.0 - shares) + crest[1:] * shares)
+    deviation = deviation_mm(dense, outline.curve_zr)
+    return float(-deviation.min() if tool.side == "nick" else deviation.max())

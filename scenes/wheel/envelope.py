@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
-from burrscan.errors import InputError
 from scenes.wheel.outline import Outline
 
 _FACING = 0.25
@@ -46,11 +45,6 @@ def offset_radius(outline: Outline, z_mm: Floats, distance_mm: Floats) -> Floats
     distance_mm
         (N,) all of one sign.
 
-    Raises
-    ------
-    InputError
-        When no surface faces outwards there.
-
     """
     sign = 1.0 if distance_mm[0] > 0.0 else -1.0
     level = outer_radius(outline, z_mm)
@@ -60,10 +54,8 @@ def offset_radius(outline: Outline, z_mm: Floats, distance_mm: Floats) -> Floats
         np.concatenate([outline.start_zr[facing], outline.end_zr[facing]]), z_mm, distance_mm, level
     )
     radius = sign * np.max(sign * np.concatenate([shifted, about], axis=1), axis=1, initial=-np.inf)
-    known = np.isfinite(radius)
-    if not known.any():
-        raise InputError("no surface there faces away from the axis")
-    return np.asarray(np.interp(z_mm, z_mm[known], radius[known]))
+    # where nothing counts, on a rounded edge steeper than 75 degrees, the distance is taken along the radius
+    return np.asarray(np.where(np.isfinite(radius), radius, level + distance_mm))
 
 
 def _facing(outline: Outline) -> Bools:

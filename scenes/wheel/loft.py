@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from burrscan.arrays import Floats, Ints
 from scenes.wheel.solid import Solid
 
+_SPLIT = [[0, 1, 4], [1, 2, 3], [1, 3, 4]]
+_FAN = [[0, 1, 2], [0, 2, 3], [0, 3, 4]]
 _CREASE_COS = np.cos(np.radians(35.0))
 _TWIST_COS = np.cos(np.radians(20.0))
 
@@ -88,18 +90,23 @@ def _true_to_triangles(normals: Floats, corners: Floats) -> Floats:
 
 
 def _cap(stations: Floats, index: Ints, *, first: bool) -> tuple[Ints, Floats, Floats]:
-    """The end face: the triangle of the flap and the quadrilateral of the root, which are convex always."""
+    """The end face: the flap's triangle and the root's quadrilateral; a fan if the flap dips into it."""
     ring, points = (index[0], stations[0]) if first else (index[-1], stations[-1])
-    local = np.array([[0, 1, 4], [1, 2, 3], [1, 3, 4]])
+    flap, root = (_area(points[corners]) for corners in ([0, 1, 4], [1, 2, 3]))
+    local = np.array(_SPLIT if flap @ root > 0.0 else _FAN)
     # sides run counter-clockwise seen against the loft's direction: the last face looks along it
     local = local[:, ::-1] if first else local
-    normal = np.cross(points[local[1, 1]] - points[local[1, 0]], points[local[1, 2]] - points[local[1, 0]])
+    normal = _area(points[local[1]])
     normals = np.broadcast_to(normal / np.linalg.norm(normal), (3, 3, 3))
     across = points[1] - points[4]
     up = np.cross(normal, across)
     plane = np.stack([across / np.linalg.norm(across), up / np.linalg.norm(up)], axis=1)
     uvs = (points[local] - points[0]) @ plane
     return ring[local], normals, uvs
+
+
+def _area(triangle: Floats) -> Floats:
+    return np.asarray(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0]))
 
 
 def _from_corners(points: Floats, corner_points: Ints, normals: Floats, uvs: Floats) -> Solid:

@@ -9,9 +9,12 @@ from burrscan.errors import InputError
 from scenes.wheel.outline import Outline
 from scenes.wheel.spec import RimBurr
 from scenes.wheel.tool import OVERLAP_MM, SINK_MM, Tool, varying_heights
+from scenes.wheel.truth import deviation_mm
 
 _INSET_MM = 0.05
 _FACES = 0.5
+_STEPS = 30
+_EXCESS_MM = 1e-6
 
 
 def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
@@ -48,7 +51,8 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
     )
     left = np.array([-normal[1], normal[0]])
     ends = (b_far, b_near) if along @ left > 0.0 else (b_near, b_far)
-    rings = _rings(ends, middle, normal, direction / (direction @ normal), heights)
+    rises = _rises(middle, direction, float(direction @ normal), heights, outline)
+    rings = _rings(ends, middle, normal, direction * rises[:, None], heights)
     z = np.array([b_near[0], b_far[0], *rings[:, 0, 0]])
     return Tool(
         stations_mm=_turned(rings, angles),
@@ -60,6 +64,18 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
         length_mm=float(arc_mm[-1]),
         arc_deg=burr.arc_deg,
     )
+
+
+def _rises(middle: Floats, direction: Floats, facing: float, heights: Floats, outline: Outline) -> Floats:
+    """(N,) how far to go in the direction to be ``heights`` above the surface and no farther."""
+    rises = heights / facing
+    for _ in range(_STEPS):
+        z, r = (middle + direction * rises[:, None]).T
+        above = deviation_mm(np.stack([r, np.zeros_like(r), z], axis=1), outline.curve_zr)
+        if (above <= heights + _EXCESS_MM).all():
+            break
+        rises = np.where(above > heights, rises * heights / above, rises)
+    return np.asarray(rises)
 
 
 def _vertex(burr: RimBurr, outline: Outline) -> int:
@@ -82,6 +98,8 @@ def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Flo
     where = f"rim: the edge at vertex {vertex} (z {z:g}, r {r:g})"
     if r == 0.0:
         raise InputError(f"{where} is a point on the axis; choose an edge")
+    if _turn(normals[1], normals[0]) >= 0.0:
+        raise InputError(f"{where} is an inner corner; a burr stands on an outer edge")
     if abs(facing[which]) < _FACES:
         raise InputError(f"{where} has no surface that faces the {burr.direction} direction")
     along = edges[which, 1] - edges[which, 0]
@@ -91,6 +109,10 @@ def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Flo
             f"{where}: a base {burr.width_mm:g} mm wide does not fit a surface {length:.3g} mm long"
         )
     return edges[which, 0], along / length, normals[which], axis * np.sign(facing[which])
+
+
+def _turn(before: Floats, after: Floats) -> float:
+    return float(before[0] * after[1] - before[1] * after[0])
 
 
 def _angles(burr: RimBurr, section_deg: float) -> Floats:
@@ -103,7 +125,7 @@ def _rings(
     ends: tuple[Floats, Floats], middle: Floats, normal: Floats, rise: Floats, heights: Floats
 ) -> Floats:
     """(N, 5, 2) apex, base, root, root, base in (z, r), counter-clockwise."""
-    apex = middle + rise * heights[:, None]
+    apex = middle + rise
     onward = (OVERLAP_MM / heights)[:, None]
     bases = [end + (end - apex) * onward for end in ends]
     roots = [np.broadcast_to((end + middle) / 2.0 - normal * SINK_MM, apex.shape) for end in ends]

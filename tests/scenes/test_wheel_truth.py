@@ -50,9 +50,9 @@ def test_300_000_points_take_less_than_a_second() -> None:
     points = wheel.vertices_mm[rng.integers(len(wheel.vertices_mm), size=300_000)]
     points = points + rng.normal(scale=0.1, size=points.shape)
     deviation_mm(points[:20_000], wheel.generatrix_zr_mm)
-    start = time.perf_counter()
+    start = time.process_time()
     deviation_mm(points, wheel.generatrix_zr_mm)
-    assert time.perf_counter() - start < 2.0
+    assert time.process_time() - start < 2.0
 
 
 def test_a_wheel_file_is_read_with_its_burrs(tmp_path: Path) -> None:
