@@ -13,6 +13,7 @@ from burrscan.documents import STRICT
 from burrscan.rig import NO_DISTORTION, Rig, View
 
 Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 Pixels = Annotated[int, Field(ge=8, le=16384)]
 Vector = tuple[float, float, float]
 
@@ -31,6 +32,11 @@ class DeviceSpec:
         Principal point, pixels; the middle of the raster by default.
     distortion
         ``k1, k2, p1, p2, k3`` as OpenCV defines them.
+    aperture_mm
+        Diameter of the lens's pupil: what is out of focus blurs. 0, the default, is a pinhole, which stock
+        Mitsuba can render too; a camera at f/8 with 16 mm has 2, a projector's lens about 6.
+    focus_mm
+        Distance in focus; the rig's standoff by default.
 
     """
 
@@ -42,6 +48,8 @@ class DeviceSpec:
     cx: float | None = None
     cy: float | None = None
     distortion: tuple[float, float, float, float, float] = NO_DISTORTION
+    aperture_mm: NotNegative = 0.0
+    focus_mm: Positive | None = None
 
     def view(self, scale: float) -> View:
         """The device with its raster scaled: the same field of view on fewer pixels, to within one pixel."""

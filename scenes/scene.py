@@ -16,6 +16,8 @@ from pydantic import Field
 from burrscan.documents import STRICT, build, read_toml
 from burrscan.errors import InputError
 from burrscan.variants import suggest
+from scenes.calibration import CalibrationSpec
+from scenes.electronics.drift import VibrationSpec
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.finish import FinishSpec, named_finish
 from scenes.pose import PoseSpec
@@ -75,7 +77,7 @@ class SceneSpec:
     finish
         A name of the catalogue, or a table of its own; a table with a ``name`` overrides a part of that
         finish.
-    pose, rig, camera, projector, light, render
+    pose, rig, camera, projector, light, calibration, vibration, render
         See the tables' own classes.
     name, description
         For people.
@@ -92,6 +94,8 @@ class SceneSpec:
     camera: CameraSpec = CameraSpec()
     projector: ProjectorSpec = ProjectorSpec()
     light: LightSpec = LightSpec()
+    calibration: CalibrationSpec = CalibrationSpec()
+    vibration: VibrationSpec = VibrationSpec()
     render: RenderSpec = RenderSpec()
     name: str = ""
     description: str = ""

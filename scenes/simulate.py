@@ -8,17 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from burrscan.arrays import Floats, Image
-from burrscan.devices import CameraSheet, ProjectorSheet
-from burrscan.errors import InputError
-from burrscan.rig import Rig
-from burrscan.scanner import Patterns
-from scenes.electronics.sensor import expose
+from burrscan.arrays import Floats
 from scenes.finish import finish_bsdf
 from scenes.light import Light, stock_light
 from scenes.renderer import activate
+from scenes.scanner import SimulatedScanner
 from scenes.scene import SceneSpec, content_hash
 from scenes.transport.hits import Hits, centre_hits
 from scenes.transport.optics import Optics
@@ -28,84 +22,6 @@ from scenes.transport.trace import trace
 from scenes.transport.world import wheel_mesh
 from scenes.truth import Truth, truth_of
 from scenes.wheel import Wheel, build_wheel
-
-
-class SimulatedScanner:
-    """A :class:`burrscan.Scanner` in front of a simulated scene.
-
-    Parameters
-    ----------
-    light
-        The scene's light.
-    scene
-        The electronics and the surround.
-    rig
-        The calibration that algorithms are told.
-    identity
-        Fixes the noise. Pictures are counted: the n-th picture of two equal scanners has the same noise.
-
-    """
-
-    def __init__(self, light: Light, *, scene: SceneSpec, rig: Rig, identity: tuple[int, ...]) -> None:
-        self._light = light
-        self._scene = scene
-        self._rig = rig
-        self._identity = identity
-        self._taken = 0
-
-    @property
-    def rig(self) -> Rig:
-        """The calibration as the algorithm is told it."""
-        return self._rig
-
-    @property
-    def camera(self) -> CameraSheet:
-        """The camera's data sheet."""
-        return self._scene.camera.sheet
-
-    @property
-    def projector(self) -> ProjectorSheet:
-        """The projector's data sheet."""
-        return self._scene.projector.sheet
-
-    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
-        """Show each pattern, expose for ``exposure_ms`` and return the images, (F, h, w) DN.
-
-        Raises
-        ------
-        InputError
-            When the exposure is outside what the camera offers, or a pattern does not fit the projector.
-
-        """
-        shortest, longest = self.camera.exposure_range_ms
-        if not shortest <= exposure_ms <= longest:
-            raise InputError(
-                f"exposure of {exposure_ms:g} ms is outside the camera's {shortest:g} to {longest:g}"
-            )
-        if patterns.frames.shape[1:] != self._rig.projector.shape:
-            raise InputError(
-                f"patterns of {patterns.frames.shape[1:]} do not fit a projector of "
-                f"{self._rig.projector.shape}"
-            )
-        received = self._light.relight(_projected(patterns, self.projector))
-        received += self._light.ambient * self._scene.light.ambient
-        first = self._taken
-        self._taken += len(patterns)
-        return expose(
-            received,
-            camera=self._scene.camera,
-            exposure_ms=exposure_ms,
-            identity=self._identity,
-            first_frame=first,
-        )
-
-
-def _projected(patterns: Patterns, projector: ProjectorSheet) -> Any:
-    """Light of the patterns; frames that do not vary along the rows stay broadcast."""
-    light = projector.light.astype(np.float32)
-    if patterns.frames.strides[1] == 0:
-        return np.broadcast_to(light[patterns.frames[:, :1]], patterns.frames.shape)
-    return light[patterns.frames]
 
 
 @dataclass(frozen=True)
@@ -124,9 +40,8 @@ class Simulation:
 
     def scanner(self) -> SimulatedScanner:
         """A scanner that has taken no picture yet."""
-        return SimulatedScanner(
-            self.light, scene=self.scene, rig=self.scene.rig.rig(), identity=self.identity
-        )
+        told = self.scene.calibration.told(self.scene.rig.rig())
+        return SimulatedScanner(self.light, scene=self.scene, rig=told, identity=self.identity)
 
 
 def simulate(
@@ -170,6 +85,10 @@ def optics_of(scene: SceneSpec) -> Optics:
     return Optics(
         rig=scene.rig.rig(),
         standoff_mm=scene.rig.standoff_mm,
+        camera_aperture_mm=scene.rig.camera.aperture_mm,
+        projector_aperture_mm=scene.rig.projector.aperture_mm,
+        camera_focus_mm=scene.rig.camera.focus_mm or scene.rig.standoff_mm,
+        projector_focus_mm=scene.rig.projector.focus_mm or scene.rig.standoff_mm,
         profile=PixelProfile(fill=scene.projector.fill, blur_px=scene.projector.blur_px),
     )
 
@@ -185,7 +104,13 @@ def _light(
             mi, mesh, optics, hits, samples=render.samples, bounces=render.bounces, seed=render.seed
         ), hits
     key = content_hash(
-        scene.wheel, list(scene.burrs), scene.finish, scene.pose, scene.rig, scene.projector, render
+        scene.wheel,
+        list(scene.burrs),
+        scene.finish,
+        scene.pose,
+        scene.rig,
+        [scene.projector.fill, scene.projector.blur_px],
+        render,
     )
     transport = stored(
         cache_dir,

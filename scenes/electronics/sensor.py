@@ -11,6 +11,7 @@ from burrscan.arrays import Floats32, Image
 from scenes.electronics.spec import CameraSpec
 from scenes.electronics.streams import normal_pair, stream_key, uniform
 
+_BLOCKS = 16  # parts of a frame that threads take in turn
 _SMALL_MEAN = 30.0
 """Below this the Poisson variate is exact, by inversion; above, a Cornish-Fisher expansion."""
 
@@ -26,10 +27,22 @@ def _poisson_by_inversion(mean: float, u: float) -> float:
     return float(count)
 
 
+@nb.njit(cache=True)
+def _electrons(mean: float, normal: float, key: np.uint64, counter: np.uint64, side: int) -> float:
+    """A Poisson variate: by a standard normal value where the mean is large, else by a uniform one."""
+    if mean >= _SMALL_MEAN:
+        return math.floor(mean + normal * math.sqrt(mean) + (normal * normal - 1.0) / 6.0 + 0.5)
+    if mean <= 0.0:
+        return 0.0
+    u = uniform(key, np.uint64(2) * counter + np.uint64(side))
+    return float(_poisson_by_inversion(mean, u))
+
+
 @nb.njit(cache=True, parallel=True)
 def _expose(
     light: Floats32,
     rate: float,
+    dark: float,
     gain: float,
     black: float,
     full_well: float,
@@ -40,22 +53,23 @@ def _expose(
     first: int,
 ) -> Image:
     frames, pixels = light.shape
+    pairs = (pixels + 1) // 2  # normal values come in pairs: two neighbours share one
     images = np.empty((frames, pixels), np.uint16)
-    for block in nb.prange(frames * 16):
-        f, part = block // 16, block % 16
-        for p in range(part * pixels // 16, (part + 1) * pixels // 16):
-            counter = np.uint64((first + f) * pixels + p)
-            mean = rate * light[f, p]
-            read, shot = 0.0, 0.0
-            if mean < _SMALL_MEAN:
-                read, _ = normal_pair(read_key, counter)
-                electrons = _poisson_by_inversion(mean, uniform(shot_key, counter)) if mean > 0.0 else 0.0
-            else:
-                read, _ = normal_pair(read_key, counter)
-                shot, _ = normal_pair(shot_key, counter)
-                electrons = math.floor(mean + shot * math.sqrt(mean) + (shot * shot - 1.0) / 6.0 + 0.5)
-            value = black + gain * (min(electrons, full_well) + read_noise * read)
-            images[f, p] = np.uint16(min(max(math.floor(value + 0.5), 0.0), top))
+    for block in nb.prange(frames * _BLOCKS):
+        f, part = block // _BLOCKS, block % _BLOCKS
+        for pair in range(part * pairs // _BLOCKS, (part + 1) * pairs // _BLOCKS):
+            counter = np.uint64((first + f) * pairs + pair)
+            read = normal_pair(read_key, counter)
+            last = min(2 * pair + 1, pixels - 1)
+            bright = dark + rate * max(light[f, 2 * pair], light[f, last]) >= _SMALL_MEAN
+            shot = normal_pair(shot_key, counter) if bright else (0.0, 0.0)
+            for p in range(2 * pair, last + 1):
+                side = p - 2 * pair
+                electrons = min(
+                    _electrons(dark + rate * light[f, p], shot[side], shot_key, counter, side), full_well
+                )
+                value = black + gain * (electrons + read_noise * read[side])
+                images[f, p] = np.uint16(min(max(math.floor(value + 0.5), 0.0), top))
     return images
 
 
@@ -86,6 +100,7 @@ def expose(
     images: Image = _expose(
         light.reshape(frames, -1),
         camera.electrons_per_ms * exposure_ms,
+        1e-3 * camera.dark_current_e_per_s * exposure_ms,
         sheet.gain_dn_per_e,
         sheet.black_level_dn,
         sheet.full_well_e,

@@ -37,6 +37,10 @@ class CameraSpec:
     white_exposure_ms
         Exposure at which light 1 (a white diffuser at the standoff under full white) just fills the well: it
         holds the projector's brightness, the lens's f-number and the quantum efficiency together.
+    dark_current_e_per_s
+        Electrons that the dark adds (EMVA 1288, section 4); they are shot noise's too.
+    vignetting
+        Light lost in the corners of the sensor.
 
     """
 
@@ -49,6 +53,8 @@ class CameraSpec:
     shortest_ms: Positive = 0.05
     longest_ms: Positive = 200.0
     white_exposure_ms: Positive = 20.0
+    dark_current_e_per_s: NotNegative = 0.0
+    vignetting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
     @property
     def sheet(self) -> CameraSheet:
@@ -79,6 +85,10 @@ class ProjectorSpec:
         Lit width of a pixel as a share of the pitch.
     blur_px
         Width of the lens's blur, projector pixels.
+    flicker
+        Relative RMS change of brightness from picture to picture.
+    vignetting
+        Light lost in the corners of the raster.
 
     """
 
@@ -88,6 +98,8 @@ class ProjectorSpec:
     contrast: Annotated[float, Field(gt=1.0)] = 1000.0
     fill: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     blur_px: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    flicker: NotNegative = 0.0
+    vignetting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
     @property
     def sheet(self) -> ProjectorSheet:

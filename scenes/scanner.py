@@ -1,0 +1,121 @@
+"""The simulated scanner: the instrument around the light."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats, Floats32, Image
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.errors import InputError
+from burrscan.rig import Rig
+from burrscan.scanner import Patterns
+from scenes.electronics.drift import falloff, per_picture, shifted
+from scenes.electronics.sensor import expose
+from scenes.light import Light
+from scenes.scene import SceneSpec
+
+
+class SimulatedScanner:
+    """A :class:`burrscan.Scanner` in front of a simulated scene.
+
+    Parameters
+    ----------
+    light
+        The scene's light.
+    scene
+        The electronics and the surround.
+    rig
+        The calibration that algorithms are told.
+    identity
+        Fixes the noise. Pictures are counted: the n-th picture of two equal scanners has the same noise.
+
+    """
+
+    def __init__(self, light: Light, *, scene: SceneSpec, rig: Rig, identity: tuple[int, ...]) -> None:
+        self._light = light
+        self._scene = scene
+        self._rig = rig
+        self._identity = identity
+        self._taken = 0
+
+    @property
+    def rig(self) -> Rig:
+        """The calibration as the algorithm is told it."""
+        return self._rig
+
+    @property
+    def camera(self) -> CameraSheet:
+        """The camera's data sheet."""
+        return self._scene.camera.sheet
+
+    @property
+    def projector(self) -> ProjectorSheet:
+        """The projector's data sheet."""
+        return self._scene.projector.sheet
+
+    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
+        """Show each pattern, expose for ``exposure_ms`` and return the images, (F, h, w) DN.
+
+        Raises
+        ------
+        InputError
+            When the exposure is outside what the camera offers, or a pattern does not fit the projector.
+
+        """
+        self._check(patterns, exposure_ms)
+        first = self._taken
+        self._taken += len(patterns)
+        received = self._received(patterns, first)
+        return expose(
+            received,
+            camera=self._scene.camera,
+            exposure_ms=exposure_ms,
+            identity=self._identity,
+            first_frame=first,
+        )
+
+    def _check(self, patterns: Patterns, exposure_ms: float) -> None:
+        shortest, longest = self.camera.exposure_range_ms
+        if not shortest <= exposure_ms <= longest:
+            raise InputError(
+                f"exposure of {exposure_ms:g} ms is outside the camera's {shortest:g} to {longest:g} ms"
+            )
+        if patterns.frames.shape[1:] != self._rig.projector.shape:
+            raise InputError(
+                f"patterns of {patterns.frames.shape[1:]} do not fit a projector of "
+                f"{self._rig.projector.shape}"
+            )
+
+    def _received(self, patterns: Patterns, first: int) -> Floats32:
+        """Light on the sensor, (F, h, w)."""
+        received = self._light.relight(self._projected(patterns, first))
+        received += self._light.ambient * self._scene.light.ambient
+        shake = self._scene.vibration.camera_px
+        if shake:
+            received = shifted(received, shake * self._drawn("camera vibration", first, len(patterns), 2))
+        if self._scene.camera.vignetting:
+            received *= falloff(self._rig.camera.shape, self._scene.camera.vignetting)
+        return received
+
+    def _projected(self, patterns: Patterns, first: int) -> Floats32:
+        """Light that leaves the projector; frames that do not vary along the rows stay broadcast."""
+        table = self.projector.light.astype(np.float32)
+        frames = patterns.frames
+        light = (
+            np.broadcast_to(table[frames[:, :1]], frames.shape) if frames.strides[1] == 0 else table[frames]
+        )
+        spec = self._scene.projector
+        if spec.flicker:
+            gain = 1.0 + spec.flicker * self._drawn("projector flicker", first, len(frames), 1)
+            light = light * gain[:, :, None].astype(np.float32)
+        if spec.vignetting:
+            light = light * falloff(self._rig.projector.shape, spec.vignetting)
+        shake = self._scene.vibration.projector_px
+        return (
+            shifted(light, shake * self._drawn("projector vibration", first, len(frames), 2))
+            if shake
+            else light
+        )
+
+    def _drawn(self, source: str, first: int, frames: int, values: int) -> Floats:
+        return per_picture(self._identity, source, first, frames, values)
