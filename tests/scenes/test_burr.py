@@ -158,3 +158,26 @@ def test_every_surface_point_knows_its_burr() -> None:
 def test_a_burr_that_does_not_fit_is_refused(burr: BurrSpec, message: str) -> None:
     with pytest.raises(InputError, match=f"burr 0: .*{message}"):
         build_wheel(CYLINDER, [burr])
+
+
+def test_a_rim_burr_on_an_inner_corner_is_refused() -> None:
+    with pytest.raises(InputError, match="inner corner"):
+        build_wheel(STEPPED, [RimBurr(0.0, 10.0, 1.0, 1.0, (0.0, 80.0))])
+
+
+@pytest.mark.parametrize("burr", [AxialRidge(0.0, 1.0, 2.0, -20.0, 0.0), Nick(0.0, 1.0, 2.0, -20.0, 0.0)])
+def test_a_burr_that_ends_at_a_wall_does_not_climb_it(burr: BurrSpec) -> None:
+    # a sharp step from radius 80 to 100 at z = 0
+    sharp = WheelSpec(
+        "s", ((-30.0, 20.0), (-30.0, 80.0), (0.0, 80.0), (0.0, 100.0), (30.0, 100.0), (30.0, 20.0))
+    )
+    (truth,) = build_wheel(sharp, [burr]).burrs
+    assert truth.height_mm == pytest.approx(1.0, abs=1e-3)
+    assert truth.volume_mm3 == pytest.approx(20.0, rel=0.02)
+
+
+def test_a_flat_wide_nick_on_a_small_radius_is_cut_cleanly() -> None:
+    # its mouth's sagitta, 0.13 mm, is more than its depth
+    hub = WheelSpec("hub", ((-20.0, 0.0), (-20.0, 30.0), (20.0, 30.0), (20.0, 0.0)))
+    (truth,) = build_wheel(hub, [Nick(180.0, 0.06, 5.7, -22.0, 5.0)]).burrs
+    assert 0.0 < truth.volume_mm3 < 25.0 * 5.7 * 0.135
