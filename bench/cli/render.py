@@ -20,6 +20,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="a scene's name, or the path of a TOML file")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="the folder to write")
+    parser.add_argument("--scan", metavar="METHOD", default="adaptive", help="strategy (default: adaptive)")
     parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the noise (default: 0)")
 
 
@@ -28,5 +29,5 @@ def main(given: argparse.Namespace) -> int:
     from scenes.capture_folder import write_capture
     from scenes.scene import load_scene
 
-    print(write_capture(load_scene(given.scene), given.out, seed=given.seed))
+    print(write_capture(load_scene(given.scene), given.out, seed=given.seed, scan=given.scan))
     return 0

@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from bench.cli import COMMANDS, main
+from scenes.wheel import build_wheel, load_wheel
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -74,3 +76,34 @@ def test_resuming_nothing_says_so(
     monkeypatch.chdir(tmp_path)
     assert main(["run", "--resume"]) == 2
     assert "no unfinished run" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_says_how_to_finish_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bench.run.runner.run_suite", interrupted)
+    assert main(["run", "quick", "--out", str(tmp_path / "r")]) == 130
+    assert f"burrscan run --resume --out {tmp_path / 'r'}" in capsys.readouterr().err
+
+
+def test_detect_prints_and_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wheel = build_wheel(load_wheel("cylinder"), sections=180)
+    vertices, faces = wheel.welded()
+    trimesh.Trimesh(vertices / 1000.0, faces, process=False).export(tmp_path / "rod.ply")
+    found, deviation = tmp_path / "found.json", tmp_path / "deviation.ply"
+    asked = ["detect", str(tmp_path / "rod.ply"), "--json", str(found), "--ply", str(deviation)]
+    assert main([*asked, "--unit", "m", "--limit", "0.5"]) == 0
+    told = capsys.readouterr().out
+    assert "axis" in told
+    assert "generatrix" in told
+    assert abs(json.loads(found.read_text())["axis"]["direction"][2]) > 0.999
+    assert b"property float deviation_mm" in deviation.read_bytes()[:400]
+
+
+def test_detect_doubts_a_mesh_that_is_in_metres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trimesh.creation.cylinder(radius=0.1, height=0.05).export(tmp_path / "rod.stl")
+    main(["detect", str(tmp_path / "rod.stl")])
+    assert "--unit" in capsys.readouterr().err

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -36,17 +38,50 @@ name = "adaptive"
 [[variant]]
 name = "broken"
 scan = { method = "fixed", parameters = { exposure_ms = 1e9 } }
+[[variant]]
+name = "clipped"
+scan = { method = "fixed", parameters = { exposure_ms = 200.0 } }
+[[variant]]
+name = "shifted"
+scan = "FAULTS:shifted_projector"
+[[variant]]
+name = "turned"
+scan = "fixed"
+axis = { method = "FAULTS:turned_axis", parameters = { by_deg = 2.0 } }
 """
+
+FAULTS = '''
+"""A user's own package: stages with a planted fault."""
+from dataclasses import replace
+import numpy as np
+from burrscan.axis.profile import find_axis_profile
+from burrscan.scan.fixed import scan_fixed
+
+def shifted_projector(scanner, *, columns=3.0):
+    scan = scan_fixed(scanner)
+    moved = replace(scan.correspondence, u_px=scan.correspondence.u_px + np.float32(columns))
+    return replace(scan, correspondence=moved)
+
+def turned_axis(vertices, faces, *, sigma_mm=None, by_deg=2.0):
+    axis = find_axis_profile(vertices, faces, sigma_mm=sigma_mm)
+    angle = np.radians(by_deg)
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    return replace(axis, direction=turn @ axis.direction)
+'''
 
 
 @pytest.fixture(scope="module")
-def run_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run_dir(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The suite, run with one worker."""
     folder = tmp_path_factory.mktemp("runs")
-    (folder / "tiny.toml").write_text(SUITE)
-    asked = ["run", str(folder / "tiny.toml"), "--out", str(folder / "run"), "--workers", "1"]
-    assert main(asked) == 0
-    return folder / "run"
+    faults = f"faults_{os.getpid()}"
+    (folder / f"{faults}.py").write_text(FAULTS)
+    (folder / "tiny.toml").write_text(SUITE.replace("FAULTS", faults))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        asked = ["run", str(folder / "tiny.toml"), "--out", str(folder / "run"), "--workers", "1"]
+        assert main(asked) == 0
+        yield folder / "run"
 
 
 def test_every_case_has_a_record_and_most_pixels_are_right(run_dir: Path) -> None:
@@ -54,7 +89,7 @@ def test_every_case_has_a_record_and_most_pixels_are_right(run_dir: Path) -> Non
     assert run.missing == 0
     rows = list(csv.DictReader((run_dir / "records.csv").read_text().splitlines()))
     assert [(row["case"], row["variant"]) for row in rows] == [r.key for r in run.records]
-    sound = [record for record in run.records if record.variant != "broken"]
+    sound = [record for record in run.records if record.variant in {"fixed", "adaptive"}]
     assert all(record.failure is None for record in sound), [record.failure for record in sound]
     assert all(record.metrics["coverage"] > 0.5 for record in sound)
     assert all(record.metrics["axis_deg"] < 2.0 for record in sound)
@@ -68,6 +103,23 @@ def test_a_variant_that_raises_is_a_failure_that_counts(run_dir: Path) -> None:
         r.failure and "exposure" in r.failure.error and "Traceback" in r.failure.traceback for r in broken
     )
     assert all(record.metrics["coverage"] == 0.0 for record in broken)
+
+
+def test_planted_faults_show_in_the_metrics_of_their_stage(run_dir: Path) -> None:
+    run = load_run(run_dir)
+    cases = {record.case for record in run.records}
+    for case in cases:
+        sound, clipped, shifted, turned = (
+            next(r.metrics for r in run.records if r.key == (case, variant))
+            for variant in ("fixed", "clipped", "shifted", "turned")
+        )
+        assert clipped["saturated_share"] > sound["saturated_share"] + 0.2
+        assert clipped["coverage"] < sound["coverage"] - 0.2
+        assert shifted["wrong_rate"] > 0.95
+        assert shifted["coverage"] < 0.05
+        assert turned["axis_deg"] == pytest.approx(2.0, abs=0.3)
+        scan_metrics = ("coverage", "wrong_rate", "depth_rms_mm", "frames", "saturated_share")
+        assert [turned[name] for name in scan_metrics] == [sound[name] for name in scan_metrics]
 
 
 def test_pictures_are_kept_as_documented(run_dir: Path) -> None:
@@ -87,7 +139,7 @@ def test_a_torn_run_is_finished_by_two_workers_with_the_same_records(
     torn = tmp_path / "torn"
     shutil.copytree(run_dir, torn)
     lines = (torn / "records.jsonl").read_text().splitlines(keepends=True)
-    (torn / "records.jsonl").write_text("".join(lines[:3]) + lines[3][:50])
+    (torn / "records.jsonl").write_text("".join(lines[:7]) + lines[7][:50])
     assert main(["run", "--resume", "--out", str(torn), "--workers", "2"]) == 0
     assert "tiny: 1/2" in capsys.readouterr().err
     assert (torn / "records.csv").read_bytes() == (run_dir / "records.csv").read_bytes()

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -17,7 +20,7 @@ from bench.suites.suite import Suite, suite_from
 from burrscan.errors import InputError
 
 EXAMINE = """
-import os, pathlib, random, signal, time
+import os, random, signal, time
 from bench.run.records import Record
 
 def record(case, variant, **more):
@@ -28,6 +31,10 @@ def record(case, variant, **more):
 
 def good(job, case):
     return [record(case, variant) for variant in job.variants]
+
+def slow(job, case):
+    time.sleep(0.2)
+    return good(job, case)
 
 def fails_on_seed_one(job, case):
     from bench.run.examine import failed_record, failure
@@ -153,3 +160,39 @@ def test_two_processes_do_not_share_a_run(fakes: ModuleType, tmp_path: Path) -> 
 def test_a_folder_without_a_run_says_what_makes_one(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="burrscan run"):
         load_run(tmp_path)
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from bench.run.runner import run_suite
+from bench.suites.suite import suite_from
+import json
+
+if __name__ == "__main__":
+    sys.path.insert(0, sys.argv[2])
+    fakes = __import__(sys.argv[3])
+    suite = suite_from(json.loads(sys.argv[4]), source="test")
+    run_suite(suite, Path(sys.argv[1]), workers=2, examine_case=fakes.slow)
+"""
+
+
+def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
+    fakes: ModuleType, tmp_path: Path
+) -> None:
+    suite = small_suite(seeds=list(range(5)))
+    whole = load_run(run_suite(suite, tmp_path / "whole", workers=2, examine_case=fakes.good))
+    (tmp_path / "script.py").write_text(SCRIPT)
+    out, home = tmp_path / "killed", str(Path(str(fakes.__file__)).parent)
+    asked = [str(tmp_path / "script.py"), str(out), home, fakes.__name__, json.dumps(suite.document())]
+    parent = subprocess.Popen([sys.executable, *asked])  # noqa: S603
+    deadline = time.monotonic() + 60.0
+    while not (out / "records.jsonl").exists() or len((out / "records.jsonl").read_bytes()) < 500:
+        assert time.monotonic() < deadline, "the run did not start"
+        assert parent.poll() is None, "the run ended before it could be killed"
+        time.sleep(0.02)
+    parent.kill()
+    parent.wait()
+    assert 0 < load_run(out).missing < len(whole.records)
+    run_suite(suite, out, workers=1, examine_case=fakes.good)
+    assert without_timings(load_run(out).records) == without_timings(whole.records)
