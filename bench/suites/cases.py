@@ -12,7 +12,7 @@ from typing import Any
 from bench.suites.case import Case
 from bench.suites.identity import content_hash, stream
 from bench.suites.paths import override
-from bench.suites.suite import Suite, refuse
+from bench.suites.suite import Suite, problems_of, refuse
 from burrscan.errors import InputError
 from scenes.scene import scene_from, scene_hash
 
@@ -42,8 +42,8 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
         try:
             cases.append(_case(suite, point, case_seed, seed))
         except InputError as error:
-            problems[str(error)] = None  # many cases may share one
-    refuse(list(problems), f"suite {suite.name}")
+            problems |= dict.fromkeys(problems_of(error))  # many cases share them
+    refuse(list(problems), "scene")
     return tuple(cases)
 
 

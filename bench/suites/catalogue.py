@@ -13,7 +13,7 @@ from bench.score.metrics import METRICS
 from bench.suites.case import Case
 from bench.suites.cases import expand
 from bench.suites.paths import merge
-from bench.suites.suite import Suite, refuse, suite_from
+from bench.suites.suite import Suite, problems_of, refuse, suite_from
 from bench.suites.variants import pipeline_of
 from burrscan.documents import read_toml
 from burrscan.errors import InputError
@@ -73,8 +73,8 @@ def _problems(suite: Suite) -> Iterator[str]:
     """Everything that is wrong with what the suite names."""
     yield from _metric_problems(suite)
     for variant in suite.variant:
-        yield from _message(partial(pipeline_of, variant))
-    yield from _message(lambda: _no_twins(expand(suite)))
+        yield from _listed(f"variant '{variant.name}'", partial(pipeline_of, variant))
+    yield from _listed("scene", lambda: _no_twins(expand(suite)))
 
 
 def _no_twins(cases: Sequence[Case]) -> None:
@@ -89,8 +89,9 @@ def _metric_problems(suite: Suite) -> Iterator[str]:
             yield f"metrics: unknown '{name}': {suggest(name, list(METRICS))}"
 
 
-def _message(attempt: Callable[[], object]) -> Iterator[str]:
+def _listed(where: str, attempt: Callable[[], object]) -> Iterator[str]:
+    """What an attempt complains of, line by line."""
     try:
         attempt()
     except InputError as error:
-        yield str(error)
+        yield from (f"{where}: {problem}" for problem in problems_of(error))

@@ -108,6 +108,12 @@ def refuse(problems: list[str], source: str) -> None:
         raise InputError(f"{source}: {len(problems)} problem(s)\n{lines}")
 
 
+def problems_of(error: InputError) -> list[str]:
+    """The lines of an error that lists several (see :func:`refuse`), or its one message."""
+    head, *lines = str(error).split("\n")
+    return [line.strip() for line in lines] if head.endswith("problem(s)") else [str(error)]
+
+
 def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:
     """The document in the dataclass's own shape: dotted paths flat, a variant's stages in one table."""
     arranged = dict(document)

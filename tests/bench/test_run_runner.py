@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -16,6 +17,7 @@ import pytest
 from bench.run.directory import RunDirectory, load_run, unfinished
 from bench.run.records import Record
 from bench.run.runner import Progress, run_suite
+from bench.suites.cases import expand
 from bench.suites.suite import Suite, suite_from
 from burrscan.errors import InputError
 
@@ -80,39 +82,46 @@ def without_timings(records: tuple[Record, ...]) -> list[str]:
     return [json.dumps({k: v for k, v in table.items() if k != "timings_s"}) for table in tables]
 
 
-def test_records_do_not_depend_on_the_number_of_workers(fakes: ModuleType, tmp_path: Path) -> None:
-    one, two = (
-        load_run(run_suite(small_suite(), tmp_path / str(n), workers=n, examine_case=fakes.good))
-        for n in (1, 2)
+@pytest.fixture(scope="module")
+def whole(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An undisturbed run with two workers."""
+    return run_suite(
+        small_suite(), tmp_path_factory.mktemp("whole") / "r", workers=2, examine_case=fakes.good
     )
+
+
+def test_records_do_not_depend_on_the_number_of_workers(
+    fakes: ModuleType, whole: Path, tmp_path: Path
+) -> None:
+    alone = run_suite(small_suite(), tmp_path / "alone", workers=1, examine_case=fakes.good)
+    one, two = load_run(alone), load_run(whole)
     assert without_timings(one.records) == without_timings(two.records)
     assert [r.variant for r in one.records] == ["b", "a"] * 4
-    tables = [(tmp_path / n / "records.csv").read_bytes() for n in "12"]
+    tables = [(path / "records.csv").read_bytes() for path in (alone, whole)]
     assert tables[0] == tables[1]
     assert len(tables[0].splitlines()) == 9
 
 
-def test_another_seed_is_another_realisation(fakes: ModuleType, tmp_path: Path) -> None:
-    one, two = (
-        load_run(run_suite(small_suite(), tmp_path / str(n), workers=1, seed=n, examine_case=fakes.good))
-        for n in (0, 1)
-    )
-    assert not {r.identity for r in one.records} & {r.identity for r in two.records}
-    assert not {r.scene_hash for r in one.records} & {r.scene_hash for r in two.records}
+def test_another_seed_is_another_realisation() -> None:
+    one, two = (expand(small_suite(), seed=seed) for seed in (0, 1))
+    assert not {case.identity for case in one} & {case.identity for case in two}
+    assert not {case.scene_hash for case in one} & {case.scene_hash for case in two}
 
 
-def test_a_run_torn_apart_is_finished_with_the_same_records(fakes: ModuleType, tmp_path: Path) -> None:
-    whole = load_run(run_suite(small_suite(), tmp_path / "whole", workers=1, examine_case=fakes.good))
-    out = run_suite(small_suite(), tmp_path / "torn", workers=1, examine_case=fakes.good)
-    lines = (out / "records.jsonl").read_text().splitlines(keepends=True)
+def test_a_run_torn_apart_is_finished_with_the_same_records(
+    fakes: ModuleType, whole: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "torn"
+    shutil.copytree(whole, out)
+    first = [record.line() for record in load_run(whole).records]
     # two whole cases, half of the third, and a torn line
-    (out / "records.jsonl").write_text("".join(lines[:5]) + lines[5][:40])
+    (out / "records.jsonl").write_text("".join(first[:5]) + first[5][:40])
     assert load_run(out).missing == 3
     assert unfinished(tmp_path, "small") == out
     seen: list[Progress] = []
     run_suite(small_suite(), out, workers=1, examine_case=fakes.good, progress=seen.append)
     again = load_run(out)
-    assert without_timings(again.records) == without_timings(whole.records)
+    assert without_timings(again.records) == without_timings(load_run(whole).records)
     assert [(p.done, p.before, p.total) for p in seen] == [(2, 2, 4), (3, 2, 4), (4, 2, 4)]
     assert len(again.manifest["sessions"]) == 2
     with pytest.raises(InputError, match="no unfinished run"):
@@ -120,11 +129,12 @@ def test_a_run_torn_apart_is_finished_with_the_same_records(fakes: ModuleType, t
 
 
 def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_path: Path) -> None:
-    run = load_run(run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one))
+    suite = small_suite(sweep={"burr.height_mm": [1.0]})
+    run = load_run(run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one))
     failed = [record for record in run.records if record.failure]
-    assert len(run.records) == 8
+    assert len(run.records) == 4
     assert {r.parameters["seed"] for r in failed} == {1}
-    assert len(failed) == 4
+    assert len(failed) == 2
     assert all(r.failure and "no light" in r.failure.traceback for r in failed)
     assert all(r.metrics["coverage"] == 0.0 and r.metrics["burr_found"] == 0.0 for r in failed)
 
@@ -132,21 +142,23 @@ def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_pa
 def test_a_case_that_kills_its_workers_is_a_failure_and_the_rest_is_done(
     fakes: ModuleType, tmp_path: Path
 ) -> None:
-    run = load_run(run_suite(small_suite(), tmp_path / "r", workers=2, examine_case=fakes.dies_on_seed_one))
+    suite = small_suite(sweep={"burr.height_mm": [1.0]})
+    run = load_run(run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.dies_on_seed_one))
     assert run.missing == 0
-    assert [bool(r.failure) for r in run.records] == [False, False, True, True] * 2
+    assert [bool(r.failure) for r in run.records] == [False, False, True, True]
     assert all("SIGKILL" in r.failure.error for r in run.records if r.failure)
 
 
-def test_a_directory_that_holds_something_else_is_refused(fakes: ModuleType, tmp_path: Path) -> None:
+def test_a_directory_that_holds_something_else_is_refused(
+    fakes: ModuleType, whole: Path, tmp_path: Path
+) -> None:
     (tmp_path / "thesis.txt").touch()
     with pytest.raises(InputError, match="not empty"):
         run_suite(small_suite(), tmp_path, workers=1, examine_case=fakes.good)
-    run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.good)
     with pytest.raises(InputError, match=r"suite_hash.*another directory"):
-        run_suite(small_suite(seeds=[0]), tmp_path / "r", workers=1, examine_case=fakes.good)
+        run_suite(small_suite(seeds=[0]), whole, workers=1, examine_case=fakes.good)
     with pytest.raises(InputError, match="differs in seed"):
-        run_suite(small_suite(), tmp_path / "r", seed=3, workers=1, examine_case=fakes.good)
+        run_suite(small_suite(), whole, seed=3, workers=1, examine_case=fakes.good)
 
 
 def test_two_processes_do_not_share_a_run(fakes: ModuleType, tmp_path: Path) -> None:
@@ -166,6 +178,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from bench.run.runner import run_suite
+from bench.suites.cases import expand
 from bench.suites.suite import suite_from
 import json
 
@@ -178,10 +191,9 @@ if __name__ == "__main__":
 
 
 def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
-    fakes: ModuleType, tmp_path: Path
+    fakes: ModuleType, whole: Path, tmp_path: Path
 ) -> None:
-    suite = small_suite(seeds=list(range(5)))
-    whole = load_run(run_suite(suite, tmp_path / "whole", workers=2, examine_case=fakes.good))
+    suite = small_suite()
     (tmp_path / "script.py").write_text(SCRIPT)
     out, home = tmp_path / "killed", str(Path(str(fakes.__file__)).parent)
     asked = [str(tmp_path / "script.py"), str(out), home, fakes.__name__, json.dumps(suite.document())]
@@ -193,6 +205,6 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
         time.sleep(0.02)
     parent.kill()
     parent.wait()
-    assert 0 < load_run(out).missing < len(whole.records)
+    assert 0 < load_run(out).missing < 8
     run_suite(suite, out, workers=1, examine_case=fakes.good)
-    assert without_timings(load_run(out).records) == without_timings(whole.records)
+    assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)

@@ -139,6 +139,7 @@ def test_what_a_file_names_is_checked(tmp_path: Path) -> None:
         load_suite(path)
     message = str(caught.value)
     for part in (
+        "9 problem(s)",
         "did you mean 'coverage'?",
         "did you mean 'adaptive'?",
         "axes: unknown key; did you mean 'axis'?",
