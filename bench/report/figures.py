@@ -21,6 +21,8 @@ from burrscan.arrays import Ints, Levels
 
 Arrays = Mapping[str, NDArray[Any]]
 
+_FAIR_SHARE = 0.15
+
 PIXEL_COLOURS = {1: "#e0a030", 2: "#3f8f5f", 3: "#c0392b", 4: "#7a5cc0"}
 """Missed, right, wrong, saturated: the codes of ``pixels`` in :mod:`bench.run.artefacts`."""
 
@@ -156,7 +158,18 @@ def _found_map(truth: Arrays, found: Arrays, limits: Scales) -> Markup:
 
 
 def _unrolled(truth: Arrays, deviation_mm: NDArray[Any]) -> Unrolled:
-    return Unrolled(deviation_mm.astype(float), _pair(truth["unrolled_deg"]), _pair(truth["unrolled_z_mm"]))
+    rows = seen_rows(truth)
+    edges = np.linspace(*_pair(truth["unrolled_deg"]), len(deviation_mm) + 1)
+    angle_deg = (float(edges[rows.start]), float(edges[rows.stop]))
+    return Unrolled(deviation_mm[rows].astype(float), angle_deg, _pair(truth["unrolled_z_mm"]))
+
+
+def seen_rows(truth: Arrays) -> slice:
+    """Angles of the unrolled map at which a fair part of the surface can be seen, with a margin."""
+    share = np.isfinite(truth["unrolled_mm"]).mean(axis=1)
+    rows = np.flatnonzero(share >= _FAIR_SHARE * share.max())
+    margin = len(share) // 50
+    return slice(max(int(rows[0]) - margin, 0), min(int(rows[-1]) + 1 + margin, len(share)))
 
 
 def _true_mark(truth: Arrays, index: int, css: str) -> Mark:
