@@ -22,6 +22,8 @@ from burrscan.scan.known_light import light_bias_px
 from burrscan.scan.matched import Reading, read
 from burrscan.scan.plan import plan_exposures_ms
 from burrscan.scan.stripes import Stripes, stripes
+from burrscan.scan.torn import torn
+from burrscan.scan.wander import wander_px
 from burrscan.scanner import Patterns, Scanner
 from burrscan.triangulation import epipolar_v
 
@@ -113,8 +115,12 @@ def _round(
     dark_e = response.black_e_per_ms * np.float32(exposure_ms)
     reading = read(images, code, camera=scanner.camera, rig=scanner.rig, dark_e=dark_e)
     reading = reading.blanked(max_sigma_px=max_sigma_px)
+    reading = reading.without(torn(reading, images, code, camera=scanner.camera))
     bias_px = light_bias_px(reading.u_px, reading.v_px, shown, code, sheet=scanner.projector)
-    return replace(reading, u_px=reading.u_px - bias_px), shown, images
+    u_px = reading.u_px - bias_px
+    wander = np.float32(wander_px(u_px, reading.sigma_u_px, reading.lost))
+    sigma_px = np.hypot(reading.sigma_u_px, wander * reading.lost)
+    return replace(reading, u_px=u_px, sigma_u_px=sigma_px), shown, images
 
 
 def _intensity(
@@ -157,9 +163,8 @@ def _fuse(crude: Reading, final: Reading, *, width: int, max_sigma_px: float) ->
         sigma = 1.0 / np.sqrt(total)
         apart = np.abs(u[0] - u[1]) / np.hypot(crude.sigma_u_px, final.sigma_u_px)
         agree = ~(apart > 6.0)
-        lost = np.where(information[1] > 0.0, final.lost, crude.lost)
         mask = agree & (sigma <= max_sigma_px) & (mean > -0.5) & (mean < width - 0.5)
-    mask &= consistent(_masked(mean, mask), _masked(sigma, mask), lost)
+    mask &= consistent(_masked(mean, mask), _masked(sigma, mask))
     return Correspondence(_masked(mean, mask), _masked(sigma, mask), mask)
 
 

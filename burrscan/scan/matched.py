@@ -19,7 +19,7 @@ from burrscan.rig import Rig
 from burrscan.scan.epipolar import epipolar_nodes
 from burrscan.scan.stripes import Stripes
 
-_GRID_PX = 2.0
+_GRID_PX = 1.5
 _MAIN_LOBE_PX = 5.0
 _DETECTION_Z = 4.0
 _MODULATION_ERROR = 0.02
@@ -38,7 +38,8 @@ class Reading:
     direct_e
         Electrons that full light adds directly.
     lost
-        Light that full light shows beyond the stripes' modulation, per modulated light.
+        Light by way of other surfaces per direct light, at least: what full light shows beyond the
+        stripes' modulation.
     misfit
         chi² per degree of freedom of the phasors.
     lead
@@ -69,10 +70,13 @@ class Reading:
         with np.errstate(invalid="ignore"):
             fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= least_lead)
             fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
+        return self.without(np.asarray(~fine))
+
+    def without(self, pixels: Bools) -> Reading:
+        """The same with NaN at ``pixels``."""
+        names = ("u_px", "v_px", "sigma_u_px", "sigma_v_px")
         nan = np.float32(np.nan)
-        columns = {name: np.where(fine, getattr(self, name), nan) for name in ("u_px", "v_px")}
-        sigmas = {name: np.where(fine, getattr(self, name), nan) for name in ("sigma_u_px", "sigma_v_px")}
-        return replace(self, **columns, **sigmas)
+        return replace(self, **{name: np.where(pixels, nan, getattr(self, name)) for name in names})
 
 
 def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e: Floats32) -> Reading:
@@ -95,19 +99,24 @@ def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e:
 
     """
     gain = camera.gain_dn_per_e
-    floor = (gain * camera.read_noise_e) ** 2 + 1.0 / 12.0
     planes, clipped = _read(
         images,
         2.0 * np.pi * code.per_column,
         2.0 * np.pi * code.per_row,
         epipolar_nodes(rig),
         dark_e * np.float32(gain),
-        np.array([camera.black_level_dn, gain, floor, camera.saturation_dn]),
+        sheet_of(camera),
         rig.projector.width,
     )
     u, v, sigma_u, sigma_v, amplitude, lost, misfit, lead, off_line = planes
     direct_e = amplitude * np.float32(2.0 / gain)
     return Reading(u, v, sigma_u, sigma_v, direct_e, lost, misfit, lead, off_line, clipped)
+
+
+def sheet_of(camera: CameraSheet) -> Floats:
+    """What the kernels need of a data sheet: black level, gain, variance in the dark, saturation; all in DN."""
+    floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
+    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.saturation_dn])
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -121,7 +130,7 @@ def _read(
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
         for c in range(width):
-            mean, usable = _phasors(images, r, c, sheet, z, variance)
+            mean, usable = phasors(images, r, c, sheet, z, variance)
             clipped[r, c] = usable < len(f)
             if usable < _LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
@@ -130,14 +139,14 @@ def _read(
             if best <= 0.0:
                 continue
             row = v
-            u, v, amplitude, var_u, var_v, misfit = _fit(z, variance, f, g, u, v)
+            u, v, amplitude, plain, var_u, var_v, misfit = _fit(z, variance, f, g, u, v)
             if not amplitude > 0.0:
                 continue
             wider = max(misfit, 1.0)
             planes[0, r, c], planes[1, r, c] = u, v
             planes[2, r, c], planes[3, r, c] = np.sqrt(var_u * wider), np.sqrt(var_v * wider)
             planes[4, r, c] = amplitude
-            planes[5, r, c] = max(2.0 * (mean - dark[r, c]) / (2.0 * amplitude) - 1.0, 0.0)
+            planes[5, r, c] = max((mean - dark[r, c]) / plain - 1.0, 0.0)
             planes[6, r, c] = misfit
             planes[7, r, c] = (best - second) / max(misfit * _mean_ratio(variance, unknown), 1.0)
             planes[8, r, c] = v - _row_at(nodes[r, c], u, row)
@@ -145,7 +154,7 @@ def _read(
 
 
 @njit(cache=True, nogil=True)
-def _phasors(
+def phasors(
     images: Image, r: int, c: int, sheet: Floats, z: Complexes, variance: Floats
 ) -> tuple[float, int]:
     """Complex amplitude of each frequency and its variance per component; clipped ones weigh nothing."""
@@ -273,9 +282,12 @@ def _row_at(nodes: Floats32, u: float, otherwise: float) -> float:
 @njit(cache=True, nogil=True)
 def _fit(
     z: Complexes, variance: Floats, f: Floats, g: Floats, u: float, v: float
-) -> tuple[float, float, float, float, float, float]:
-    """Maximum likelihood of column, row and amplitude by Gauss-Newton, with variances and chi² per dof."""
-    amplitude, iuu, ivv, misfit = 0.0, np.inf, np.inf, np.inf
+) -> tuple[float, float, float, float, float, float, float]:
+    """Maximum likelihood of column, row and amplitude by Gauss-Newton.
+
+    Returns them, the most amplitude that unblurred stripes may have, the variances, and chi² per dof.
+    """
+    amplitude, plain, iuu, ivv, misfit = 0.0, 0.0, np.inf, np.inf, np.inf
     for _ in range(4):
         s, w = 0.0, 0.0
         for j in range(len(z)):
@@ -285,7 +297,8 @@ def _fit(
         amplitude = s / w
         if not amplitude > 0.0:
             break
-        auu, auv, avv, bu, bv, chi2, dof = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0
+        auu, auv, avv, bu, bv, chi2, dof = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -4.0
+        s0, sq, sqq, sa, saq, saa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(len(z)):
             angle = f[j] * u + g[j] * v
             c, d = np.cos(angle), np.sin(angle)
@@ -296,14 +309,27 @@ def _fit(
             avv += k * g[j] * g[j]
             bu += k * f[j] * across
             bv += k * g[j] * across
-            tolerated = (_MODULATION_ERROR * amplitude) ** 2
-            chi2 += across * across * k + (along - amplitude) ** 2 / (variance[j] + tolerated)
+            chi2 += across * across * k
             dof += 2.0 if k > 0.0 else 0.0
+            # finer stripes lose modulation: the amplitudes are fitted by a line in frequency squared
+            q = f[j] * f[j] + g[j] * g[j]
+            k /= 1.0 + k * (_MODULATION_ERROR * amplitude) ** 2
+            s0 += k
+            sq += k * q
+            sqq += k * q * q
+            sa += k * along
+            saq += k * along * q
+            saa += k * along * along
         det = auu * avv - auv * auv
         if not det > 0.0:
             break
         u += (avv * bu - auv * bv) / (det * amplitude)
         v += (auu * bv - auv * bu) / (det * amplitude)
         iuu, ivv = avv / (det * amplitude**2), auu / (det * amplitude**2)
+        cqq, caq = sqq - sq * sq / s0, saq - sa * sq / s0
+        chi2 += max(saa - sa * sa / s0 - (caq * caq / cqq if cqq > 0.0 else 0.0), 0.0)
         misfit = chi2 / dof
-    return u, v, amplitude, iuu, ivv, misfit
+        # the least that stripes without loss of modulation may have: two sigmas above the line's intercept
+        slope = min(caq / cqq, 0.0) if cqq > 0.0 else 0.0
+        plain = (sa - slope * sq) / s0 + 2.0 * np.sqrt(1.0 / s0 + (sq / s0) ** 2 / max(cqq, 1e-30))
+    return u, v, amplitude, plain, iuu, ivv, misfit

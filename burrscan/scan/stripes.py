@@ -68,7 +68,7 @@ class Stripes:
 
 @lru_cache(maxsize=16)
 def stripes(
-    count: int, *, width: int, finest_px: float = 8.5, coarsest_px: float = 19.0, row_px: float = 10.0
+    count: int, *, width: int, finest_px: float = 6.5, coarsest_px: float = 16.0, row_px: float = 8.0
 ) -> Stripes:
     """``count`` frequencies whose stripes come into step nowhere else, slanted to either side in turn.
 
