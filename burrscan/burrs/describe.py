@@ -18,6 +18,8 @@ _ELONGATED = 1.3
 _STRETCH_MM = 3.0
 """Least length over which a height is stated."""
 _LEAST_SIGNIFICANCE = 4.0
+_STEEPEST = 6.0
+"""Height over base width from which a cluster of outliers is likelier than a burr."""
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 
@@ -69,9 +71,16 @@ def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) ->
     if not weight.any():
         return None
     frame, ridge = _best(field, site, lift, weight)
-    if ridge is None or ridge.height_mm < _LEAST_SIGNIFICANCE * ridge.noise_mm:
+    if ridge is None or not _credible(ridge):
         return None
     return _burr(field, site, ridge, frame, axis, limit_mm)
+
+
+def _credible(ridge: Ridge) -> bool:
+    """Whether the ridge rises out of the noise, is known at all, and is no spike."""
+    known = ridge.height_mm > 2.0 * ridge.sigma_of([1, 0, 0, 0, 0])
+    clear = ridge.height_mm > _LEAST_SIGNIFICANCE * ridge.noise_mm
+    return known and clear and ridge.height_mm < _STEEPEST * ridge.width_mm
 
 
 def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Frame, Ridge | None]:

@@ -43,6 +43,8 @@ class Region:
         Largest box statistic in it, in units of its noise.
     inflation
         How much larger than independent noise would give the spread of that box shape is there.
+    box
+        (rows, columns) of that box.
 
     """
 
@@ -50,6 +52,7 @@ class Region:
     sign: int
     significance: float
     inflation: float
+    box: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -105,9 +108,9 @@ def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field) -> lis
         cells = labels == label
         if field.count[cells].sum() >= _LEAST_VERTICES:
             peak = np.argmax(np.where(cells & strong, statistic, -np.inf))
-            found.append(
-                Region(cells, sign, float(statistic.flat[peak]), float(evidence.inflation.flat[peak]))
-            )
+            box = BOXES[int(evidence.shape.flat[peak])]
+            noise = float(evidence.inflation.flat[peak])
+            found.append(Region(cells, sign, float(statistic.flat[peak]), noise, box))
     return found
 
 

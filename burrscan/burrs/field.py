@@ -19,6 +19,7 @@ _CLIP = 6.0
 _VERTICES_ACROSS = 1.5
 """Side of a cell of the field, in vertex spacings."""
 _MOST_CELLS = 4_000_000
+_MOSTLY_FILLED = 0.7
 _CORE = 2.5
 """Mean and spread are taken within this many sigma, where noise of any kind is bell-shaped."""
 _CORE_SPREAD = 0.9113
@@ -101,9 +102,13 @@ def _gridded(line: Polyline, foot: Foot, angle: Floats, stated: Floats, finest: 
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
     step_mm, step_rad, shape = _steps(line, arc, len(angle))
-    along, place, normal, cell = _placed(
-        foot.segment, foot.t, angle, line.nodes_mm, line.starts, line.along_mm, arc, step_mm, step_rad, shape
-    )
+    along, place, normal = _placed(foot.segment, foot.t, line.nodes_mm, line.starts, line.along_mm)
+    cell = _cells(along, angle, arc, step_mm, step_rad, shape)
+    filled = _filled(cell, shape)
+    if filled < _MOSTLY_FILLED:
+        # Most of the field is hidden from this view: what is seen is sampled more finely than thought.
+        step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
+        cell = _cells(along, angle, arc, step_mm, step_rad, shape)
     deviation, mean, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(sigma, stated)
@@ -124,21 +129,11 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
 
 @njit(cache=True, nogil=True)
 def _placed(
-    segment: Ints32,
-    t: Floats,
-    angle: Floats,
-    nodes: Floats,
-    starts: Ints,
-    begin: Floats,
-    arc: tuple[float, float],
-    step_mm: float,
-    step_rad: float,
-    shape: tuple[int, int],
-) -> tuple[Floats, Floats, Floats, Ints32]:
-    """Arc length, foot, normal and cell of every vertex."""
+    segment: Ints32, t: Floats, nodes: Floats, starts: Ints, begin: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Arc length, foot and normal of every vertex."""
     count = len(segment)
     along, place, normal = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
-    cell = np.empty((count, 2), np.int32)
     for i in range(count):
         k = segment[i]
         z, r = nodes[starts[k], 0], nodes[starts[k], 1]
@@ -147,10 +142,33 @@ def _placed(
         along[i] = begin[k] + t[i] * length
         place[i, 0], place[i, 1] = z + t[i] * dz, r + t[i] * dr
         normal[i, 0], normal[i, 1] = -dr / length, dz / length
+    return along, place, normal
+
+
+@njit(cache=True, nogil=True)
+def _cells(  # noqa: PLR0917 (a kernel)
+    along: Floats,
+    angle: Floats,
+    arc: tuple[float, float],
+    step_mm: float,
+    step_rad: float,
+    shape: tuple[int, int],
+) -> Ints32:
+    cell = np.empty((len(along), 2), np.int32)
+    for i in range(len(along)):
         turn = (angle[i] - arc[0]) % (2.0 * np.pi)
         cell[i, 0] = min(int(along[i] / step_mm), shape[0] - 1)
         cell[i, 1] = min(int(turn / step_rad), shape[1] - 1)
-    return along, place, normal, cell
+    return cell
+
+
+@njit(cache=True, nogil=True)
+def _filled(cell: Ints32, shape: tuple[int, int]) -> float:
+    """Share of the cells that hold a vertex."""
+    used = np.zeros(shape, np.bool_)
+    for i in range(len(cell)):
+        used[cell[i, 0], cell[i, 1]] = True
+    return max(used.mean(), 0.02)
 
 
 def levelled(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs.contrast import convincing, widened
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions
 from burrscan.burrs.field import Field, field_of
@@ -51,7 +52,7 @@ def burrs_residual(
 
     """
     field = field_of(vertices_mm, axis, generatrix, sigma_mm=sigma_mm)
-    found = regions(field, false_calls_per_wheel=false_calls_per_wheel)
+    found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
     taken = np.zeros(field.count.shape, dtype=np.bool_)
     for region in found:
         taken |= region.cells
@@ -74,10 +75,4 @@ def _around(field: Field, region: Region, taken: Bools) -> Ints:
 def _dilated(cells: Bools, closed: bool) -> Bools:
     """The cells of a box around the given ones."""
     rows, columns = cells.any(axis=1), cells.any(axis=0)
-    return np.outer(_widened(rows, wrap=False), _widened(columns, wrap=closed))
-
-
-def _widened(used: Bools, *, wrap: bool) -> Bools:
-    padded = np.pad(used, _MARGIN, mode="wrap" if wrap else "constant")
-    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * _MARGIN + 1)
-    return window.any(axis=1)
+    return np.outer(widened(rows, _MARGIN, wrap=False), widened(columns, _MARGIN, wrap=closed))

@@ -13,7 +13,7 @@ from burrscan.generatrix.ends import extended, trimmed
 from burrscan.generatrix.outside import oriented
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
-from burrscan.generatrix.refine import Step, step
+from burrscan.generatrix.refine import Step, smooth_tangents, step
 from burrscan.generatrix.spread import band_mm
 from burrscan.generatrix.spread import sigma_mm as spread_sigma_mm
 from burrscan.generatrix.tracing import trace
@@ -91,7 +91,9 @@ def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> l
     for i in range(_MEDIAN_STEPS):
         if i < _MEDIAN_STEPS - 1:
             line = smoothed(line)
-        line = step(line, _cell_feet(line, cells, side), scale_mm=start, count=cells.count).line
+        foot = _cell_feet(line, cells, side)
+        tangents = smooth_tangents(line)
+        line = step(line, foot, scale_mm=start, tangents=tangents, count=cells.count).line
     kept = trimmed(line, _cell_feet(line, cells, side), cells.mask)
     return [sharpened(piece) for piece in kept if len(piece) > 2]
 
@@ -112,10 +114,16 @@ def _exact(
     known = np.abs(foot.distance_mm[foot.valid])
     start = 1.5 * float(np.median(known[known < side])) if len(known) else side
     fit = Step(
-        line, np.ones(len(line.nodes_mm)), np.full(len(line.nodes_mm), max(start, stated_mm, 1e-9 * side))
+        line, np.ones(len(line.nodes_mm)), np.full(len(line.nodes_mm), max(start, stated_mm, 0.01 * side))
     )
+    tangents = smooth_tangents(line)
     for _ in range(_TUKEY_STEPS):
-        fit = step(fit.line, foot, scale_mm=np.maximum(fit.scale_mm, 0.5 * stated_mm))
+        fit = step(
+            fit.line,
+            foot,
+            scale_mm=np.maximum(fit.scale_mm, max(0.5 * stated_mm, 0.01 * side)),
+            tangents=tangents,
+        )
         foot = feet(data.z_mm, data.r_mm, fit.line, near, overshoot_mm=0.5 * side)
     sigma = spread_sigma_mm(fit, foot, data.angle, arc, stated_mm)
     return _described(fit.line, sigma, band_mm(fit.line, foot))

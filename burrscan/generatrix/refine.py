@@ -19,6 +19,8 @@ _TUKEY = 4.685
 """Tukey's constant for 95 % efficiency under Gaussian noise (Holland & Welsch 1977)."""
 _STIFFNESS = 0.05
 """How strongly a node without data follows its neighbours, relative to the mean weight of a node."""
+_ALIKE = 0.9
+"""Cosine of the largest turn within a smooth stretch of curve."""
 
 
 @dataclass(frozen=True)
@@ -41,14 +43,35 @@ class Step:
     scale_mm: Floats
 
 
-def step(line: Polyline, foot: Foot, *, scale_mm: Floats, count: Floats | None = None) -> Step:
-    """One Gauss-Newton step with the given (K,) scales. O(V + K).
+def step(
+    line: Polyline, foot: Foot, *, scale_mm: Floats, tangents: Floats, count: Floats | None = None
+) -> Step:
+    """One Gauss-Newton step. O(V + K).
 
-    With the points' multiplicities ``count`` it is a step towards the median, else Tukey's.
+    Parameters
+    ----------
+    line, foot
+        The curve and the points' nearest places on it.
+    scale_mm
+        (K,) scales of the weights.
+    tangents
+        (M, 2) directions of the curve, smoother than its segments. Orthogonal distances draw a segment that is
+        shorter than the noise is thick into the direction of the noise; measured across a direction that is
+        right on average they do not.
+    count
+        The points' multiplicities: then the step is towards the median, else Tukey's.
+
     """
     normals, cosine = node_normals(line)
-    diagonal, upper, right, count, square = _normal_equations(
-        foot.segment, foot.t, foot.distance_mm, line.starts, cosine, scale_mm, *_multiplicity(count)
+    diagonal, upper, right, number, square = _normal_equations(
+        foot.segment,
+        foot.t,
+        foot.distance_mm,
+        _skew(line, tangents),
+        line.starts,
+        cosine,
+        scale_mm,
+        *_multiplicity(count),
     )
     weight = diagonal.copy()
     stiffness = _STIFFNESS * float(diagonal.mean()) + 1e-300
@@ -60,8 +83,28 @@ def step(line: Polyline, foot: Foot, *, scale_mm: Floats, count: Floats | None =
     return Step(
         Polyline(line.nodes_mm + offset[:, None] * normals, line.starts),
         weight,
-        _pooled_scale(count, square, scale_mm),
+        _pooled_scale(number, square, scale_mm),
     )
+
+
+def smooth_tangents(line: Polyline) -> Floats:
+    """(M, 2) mean direction of each segment and the two on either side, as far as the curve does not turn."""
+    steps = line.steps_mm
+    own = steps / line.lengths_mm[:, None]
+    total = steps.copy()
+    piece = np.cumsum(np.diff(line.starts, prepend=line.starts[0] - 1) > 1)
+    for shift in (-2, -1, 1, 2):
+        there = np.clip(np.arange(len(own)) + shift, 0, len(own) - 1)
+        alike = (piece[there] == piece) & ((own[there] * own).sum(axis=1) > _ALIKE)
+        total += steps[there] * alike[:, None]
+    return total / np.linalg.norm(total, axis=1, keepdims=True)
+
+
+def _skew(line: Polyline, tangents: Floats) -> Floats:
+    """(M,) by how much of a segment the foot of a point moves per distance, measured across the tangents."""
+    across = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
+    steps = line.steps_mm
+    return (across * steps).sum(axis=1) / (line.lengths_mm**2 * (across * line.normals).sum(axis=1).clip(0.3))
 
 
 def _multiplicity(count: Floats | None) -> tuple[bool, Floats]:
@@ -86,6 +129,7 @@ def _normal_equations(
     segment: Ints32,
     t: Floats,
     distance: Floats,
+    skew: Floats,
     starts: Ints,
     cosine: Floats,
     scale: Floats,
@@ -100,6 +144,7 @@ def _normal_equations(
         if k < 0:
             continue
         node, d = starts[k], distance[i]
+        at = min(max(t[i] - d * skew[k], 0.0), 1.0)
         s = scale[node] * (1.0 - t[i]) + scale[node + 1] * t[i]
         if tukey:
             x = d / (_TUKEY * s)
@@ -112,7 +157,7 @@ def _normal_equations(
             square[near] += d * d
         if w == 0.0:
             continue
-        a, b = (1.0 - t[i]) * cosine[k, 0], t[i] * cosine[k, 1]
+        a, b = (1.0 - at) * cosine[k, 0], at * cosine[k, 1]
         diagonal[node] += w * a * a
         diagonal[node + 1] += w * b * b
         upper[node] += w * a * b

@@ -1,0 +1,167 @@
+"""Does an anomaly stand out from what surrounds it, and is it one of its own?
+
+Scans of real surfaces are not only noisy: edges smear, light bounces, patterns ripple. Where such errors are of the
+same size as an anomaly all around it, or all the way round on its row, it is one of them (radar's ordered-statistic
+constant-false-alarm-rate rule, Rohling 1983). And beside a burr there are shadows and halos.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.burrs.detect import Region
+from burrscan.burrs.field import Field
+
+_RANK = 0.9
+"""The surroundings are as strong as this quantile of them."""
+_LEAST_CONTRAST = 2.5
+_ROWS, _COLUMNS = 8, 40
+"""How far the surroundings reach, in cells."""
+_GUARD = 3
+"""Cells next to an anomaly are neither it nor its surroundings."""
+_COMMON = 0.98
+_FLOOR = 1.5
+"""An anomaly is higher than so many times what a fiftieth of the field reaches."""
+_WHOLE = 0.5
+"""What covers more than this share of a row is part of the generatrix."""
+_LEAST_VERTICES = 8
+_SATELLITE = 0.5
+_HALO_MM = 2.5
+"""How far from a burr its halo and its shadow reach."""
+_ODDS = {1: 1.5, -1: 1.0 / 1.5}
+
+
+def convincing(field: Field, regions: list[Region]) -> list[Region]:
+    """The regions that stand out from their surroundings and are no satellites. O(V) for each."""
+    floor = _floor_mm(field)
+    sized = [(region, peak_mm(field, region)) for region in regions]
+    kept = [(region, peak) for region, peak in sized if peak > floor and stands_out(field, region, peak)]
+    return [region for i, (region, _) in enumerate(kept) if not _satellite(field, i, kept)]
+
+
+def _floor_mm(field: Field) -> float:
+    """How large errors are that cover a fiftieth of the whole field: no burr is told from those."""
+    most = float(np.quantile(np.abs(field.deviation_mm), 0.995))
+    level = _box_means(field.cell, field.deviation_mm, field.count, most, (3, 3), (0, len(field.count)))
+    known = np.abs(level[np.isfinite(level)])
+    return _FLOOR * float(np.quantile(known, _COMMON)) if len(known) else 0.0
+
+
+def peak_mm(field: Field, region: Region) -> float:
+    """How high the anomaly is where it is high: the 80 % point of its vertices' deviations."""
+    lift = region.sign * field.deviation_mm[on(field, region)]
+    rising = lift[lift > 0.0]
+    return float(np.quantile(rising, 0.8)) if len(rising) >= _LEAST_VERTICES else 0.0
+
+
+def on(field: Field, region: Region) -> Bools:
+    """(N,) True for the vertices in a region's cells."""
+    inside: Bools = region.cells[field.cell[:, 0], field.cell[:, 1]]
+    return inside
+
+
+def stands_out(field: Field, region: Region, peak: float) -> bool:
+    """Whether an anomaly is clearly higher than nine tenths of what is around it."""
+    if peak <= 0.0:
+        return False
+    rows = np.flatnonzero(region.cells.any(axis=1))
+    along = region.cells[rows].sum() / max(int((field.count[rows] > 0.0).sum()), 1)
+    if along > _WHOLE:
+        return False
+    box = (min(region.box[0], 3), min(region.box[1], 3))
+    span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
+    level = _box_means(field.cell, field.deviation_mm, field.count, 2.0 * peak, box, span)
+    inside = region.cells & np.isfinite(level)
+    if not inside.any():
+        return False
+    height = float(np.quantile(region.sign * level[inside], _RANK))
+    return height > _LEAST_CONTRAST * max(_strength(level, mask) for mask in _surroundings(field, region))
+
+
+def _strength(level: Floats, mask: Bools) -> float:
+    known = np.abs(level[mask & np.isfinite(level)])
+    return float(np.quantile(known, _RANK)) if len(known) > 20 else 0.0
+
+
+def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
+    """Cells around the region, and cells of its rows all the way round, both without the region's own."""
+    rows, columns = region.cells.any(axis=1), region.cells.any(axis=0)
+    own = np.outer(widened(rows, _GUARD, wrap=False), widened(columns, _GUARD, wrap=field.closed))
+    own &= _thick(region.cells, _GUARD, field.closed)
+    around = np.outer(widened(rows, _ROWS, wrap=False), widened(columns, _COLUMNS, wrap=field.closed))
+    beside = np.broadcast_to(rows[:, None], own.shape)
+    return around & ~own, beside & ~own
+
+
+def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
+    """A mask grown by ``by`` to both sides."""
+    by = min(by, len(used) - 1)
+    padded = np.pad(used, by, mode="wrap" if wrap else "constant")
+    total = np.concatenate([[0], np.cumsum(padded)])
+    grown: Bools = total[2 * by + 1 :] > total[: -2 * by - 1]
+    return grown
+
+
+def _thick(cells: Bools, by: int, closed: bool) -> Bools:
+    """Cells within ``by`` of the given ones, in rows and columns."""
+    grown = np.zeros_like(cells)
+    for row in np.flatnonzero(cells.any(axis=1)):
+        low, high = max(row - by, 0), min(row + by + 1, len(cells))
+        grown[low:high] |= widened(cells[row], by, wrap=closed)
+    return grown
+
+
+@njit(cache=True, nogil=True)
+def _box_means(  # noqa: PLR0917 (a kernel)
+    cell: Ints32,
+    deviation: Floats,
+    count: Floats,
+    most: float,
+    box: tuple[int, int],
+    span: tuple[int, int],
+) -> Floats:
+    """Mean deviation, each cut off at ``most``, over a box of cells; NaN with fewer than two vertices.
+
+    Only the rows of ``span`` are computed.
+    """
+    height, width = count.shape
+    a, b = box[0] // 2, box[1] // 2
+    total = np.zeros((height, width))
+    for i in range(len(deviation)):
+        if span[0] - a <= cell[i, 0] < span[1] + a:
+            total[cell[i, 0], cell[i, 1]] += min(max(deviation[i], -most), most)
+    level = np.full((height, width), np.nan)
+    for i in range(span[0], span[1]):
+        for j in range(width):
+            n, s = 0.0, 0.0
+            for row in range(max(i - a, 0), min(i + a + 1, height)):
+                for column in range(max(j - b, 0), min(j + b + 1, width)):
+                    n += count[row, column]
+                    s += total[row, column]
+            if n >= 2.0:
+                level[i, j] = s / n
+    return level
+
+
+def _satellite(field: Field, mine: int, kept: list[tuple[Region, float]]) -> bool:
+    """Whether a region lies beside another that it is a halo or a shadow of.
+
+    One of the same sign is, where it is less than half as high; one of the other sign, where it is lower (a
+    ripple has both signs; the odds are on the protrusion, as burrs are commoner than nicks).
+    """
+    reach = max(int(np.ceil(_HALO_MM / field.step_mm)), _GUARD)
+    own, size = kept[mine]
+    for other, (region, larger) in enumerate(kept):
+        if other == mine:
+            continue
+        if region.sign == own.sign:
+            weaker = size < _SATELLITE * larger
+        else:
+            weaker = size * _ODDS[own.sign] < larger
+        if weaker:
+            near = _thick(region.cells, reach, field.closed) & own.cells
+            if near.sum() > 0.5 * own.cells.sum():
+                return True
+    return False
