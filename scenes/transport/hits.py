@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import drjit as dr
 import numpy as np
+from scipy import ndimage
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Bools, Floats, Ints32
 from scenes.transport.optics import Optics
+from scenes.transport.rays import camera_rays
 
 
 class Hits(NamedTuple):
@@ -31,6 +34,23 @@ def centre_hits(mi: Any, scene: Any, optics: Optics) -> Hits:
     distance, faces = cast(mi, scene, directions.astype(np.float32))
     points = np.where((faces >= 0)[:, None], directions * distance[:, None], np.nan)
     return Hits(points.reshape(*view.shape, 3), faces.reshape(view.shape))
+
+
+def may_see(mi: Any, scene: Any, optics: Optics) -> Bools:
+    """Camera pixels (h, w) that may see the surface: within two pixels of one that does.
+
+    Four rays per pixel look for it. Light is traced from these pixels alone; the rest of the image is dark.
+    """
+    view = optics.rig.camera
+    index = dr.arange(mi.UInt32, view.width * view.height)
+    column, row = mi.Float(index % view.width), mi.Float(index // view.width)
+    pinhole = replace(optics, camera_aperture_mm=0.0)
+    found = mi.Bool(False)
+    for dx, dy in ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)):
+        found |= scene.ray_test(camera_rays(mi, pinhole, column + dx, row + dy, None))
+    seen = found.numpy().astype(np.bool_).reshape(view.shape)
+    reach = 2 + round(optics.camera_aperture_mm * view.fx / optics.camera_focus_mm)
+    return np.asarray(ndimage.binary_dilation(seen, np.ones((3, 3), np.bool_), iterations=reach))
 
 
 def _cast_vectorised(mi: Any, scene: Any, directions: Any) -> tuple[Any, Ints32]:

@@ -7,15 +7,16 @@ from typing import Any, NamedTuple
 import drjit as dr
 import numpy as np
 
-from burrscan.arrays import Floats32, Ints32
+from burrscan.arrays import Bools, Floats32, Ints, Ints32
 from scenes.transport.fireflies import TILE, share_fireflies
 from scenes.transport.footprint import sample_sets
+from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport, SparseRows
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
 from scenes.transport.splat import group_by_pixel, response_centres, splat
 
-_SAMPLE_SETS = 1024
+_SAMPLE_SETS = 256
 _PASS_SAMPLES = 1 << 22
 """Samples traced together: bounds the memory of a pass at a few hundred megabytes."""
 
@@ -27,6 +28,21 @@ class _Rows(NamedTuple):
     indirect: SparseRows
     ambient: Floats32
     centres: Floats32
+
+
+class _Pass:
+    """Rows of the image that are traced together: the first of them, and which pixels can see anything."""
+
+    def __init__(self, first: int, seen: Bools) -> None:
+        self.first = first
+        self.seen = seen
+        self.pixels: Ints32 = np.flatnonzero(seen).astype(np.int32)
+
+    def all_starts(self, starts: Ints) -> Ints:
+        """Row starts of all pixels of the pass, from those of the pixels that were traced."""
+        counts = np.zeros(self.seen.size + 1, np.int64)
+        counts[self.pixels + 1] = np.diff(starts)
+        return np.cumsum(counts)
 
 
 class _Paths(NamedTuple):
@@ -66,11 +82,12 @@ def trace(
     """
     view = optics.rig.camera
     sets = mi.Float(sample_sets(sets=_SAMPLE_SETS, samples=samples, seed=seed).ravel())
+    seen = may_see(mi, scene, optics)
     rows = min(view.height, max(TILE, _PASS_SAMPLES // (view.width * samples) // TILE * TILE))
     parts = []
     for first in range(0, view.height, rows):
-        count = min(rows, view.height - first)
-        parts.append(_trace_rows(mi, scene, optics, sets, samples, first, count, bounces, seed))
+        part = _Pass(first, seen[first : first + rows])
+        parts.append(_trace_rows(mi, scene, optics, sets, samples, part, bounces, seed))
     ambient = np.concatenate([part.ambient for part in parts])
     centres = np.concatenate([part.centres for part in parts], axis=1)
     return LightTransport(
@@ -91,25 +108,27 @@ def _trace_rows(
     optics: Optics,
     sets: Any,
     samples: int,
-    first: int,
-    rows: int,
+    part: _Pass,
     bounces: int,
     seed: int,
 ) -> _Rows:
     width = optics.rig.camera.width
-    size = rows * width * samples
+    size = part.pixels.size * samples
+    if size == 0:
+        return _dark(part.seen.size)
     index = dr.arange(mi.UInt32, size)
-    pixel = index // samples + dr.opaque(mi.UInt32, first * width)
+    pixel = dr.gather(mi.UInt32, mi.UInt32(part.pixels), index // samples)
+    pixel += dr.opaque(mi.UInt32, part.first * width)
     chosen = mi.sample_tea_32(pixel, mi.UInt32(seed))[0] & (_SAMPLE_SETS - 1)
     place = 2 * (chosen * samples + index % samples)
     column = (pixel % width) + dr.gather(mi.Float, sets, place) - 0.5
     row = (pixel // width) + dr.gather(mi.Float, sets, place + 1) - 0.5
     sampler = mi.load_dict({"type": "independent"})
-    sampler.seed(mi.sample_tea_32(seed, first)[0], size)
+    sampler.seed(mi.sample_tea_32(seed, part.first)[0], size)
     paths = _follow(mi, scene, optics, sampler, column, row, bounces)
     # One kernel for everything; Dr.Jit does not look into named tuples by itself.
     dr.eval(paths.ambient, [list(lit) for lit in (paths.direct, *paths.bounced)])
-    return _collect(optics, paths, (rows, width), samples)
+    return _collect(optics, paths, part, samples)
 
 
 def _follow(
@@ -148,28 +167,38 @@ def _lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:
     return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
 
 
-def _collect(optics: Optics, paths: _Paths, shape: tuple[int, int], samples: int) -> _Rows:
-    """Sparse rows of one pass over ``shape`` camera pixels."""
-    pixels = shape[0] * shape[1]
+def _collect(optics: Optics, paths: _Paths, part: _Pass, samples: int) -> _Rows:
+    """Sparse rows of one pass."""
+    pixels = part.seen.size
     projector, profile = optics.rig.projector.shape, optics.profile
-    offsets = np.arange(pixels + 1, dtype=np.int64) * samples
+    offsets = np.arange(part.pixels.size + 1, dtype=np.int64) * samples
     u, v, w = (a.numpy() for a in paths.direct)
     w = w * np.float32(1.0 / samples)
-    direct = SparseRows(*splat(u, v, w, offsets, shape=projector, profile=profile))
-    light = direct.row_sums().reshape(shape)
-    bounced = [share_fireflies(*_lit_samples(lit, samples), direct=light) for lit in paths.bounced]
+    starts, columns, values = splat(u, v, w, offsets, shape=projector, profile=profile)
+    direct = SparseRows(part.all_starts(starts), columns, values)
+    light = direct.row_sums().reshape(part.seen.shape)
+    bounced = [share_fireflies(*_lit_samples(lit, part, samples), direct=light) for lit in paths.bounced]
     iu, iv, iw, ioffsets = group_by_pixel(bounced, pixels)
     indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=projector, profile=profile))
-    ambient = paths.ambient.numpy().reshape(pixels, samples).mean(axis=1)
-    return _Rows(direct, indirect, ambient, response_centres(u, v, w, offsets))
+    ambient = np.zeros(pixels, np.float32)
+    ambient[part.pixels] = paths.ambient.numpy().reshape(-1, samples).mean(axis=1)
+    centres = np.full((3, pixels), np.nan, np.float32)
+    centres[:, part.pixels] = response_centres(u, v, w, offsets)
+    return _Rows(direct, indirect, ambient, centres)
 
 
-def _lit_samples(lit: Lit, samples: int) -> tuple[Ints32, Floats32, Floats32, Floats32]:
+def _dark(pixels: int) -> _Rows:
+    """Rows where the camera sees nothing."""
+    none = SparseRows(np.zeros(pixels + 1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
+    return _Rows(none, none, np.zeros(pixels, np.float32), np.full((3, pixels), np.nan, np.float32))
+
+
+def _lit_samples(lit: Lit, part: _Pass, samples: int) -> tuple[Ints32, Floats32, Floats32, Floats32]:
     """Camera pixel, u, v and weight of the samples that carry light."""
     weight = lit.weight.numpy()
     index = np.flatnonzero(weight)
     u, v = lit.u_px.numpy()[index], lit.v_px.numpy()[index]
-    return (index // samples).astype(np.int32), u, v, weight[index] * np.float32(1.0 / samples)
+    return part.pixels[index // samples], u, v, weight[index] * np.float32(1.0 / samples)
 
 
 def _stack(parts: list[SparseRows]) -> SparseRows:
