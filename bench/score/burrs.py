@@ -10,9 +10,9 @@ import numpy as np
 
 from bench.score.evidence import Evidence
 from bench.score.matching import Place, turn_deg
-from burrscan.arrays import Bools
+from burrscan.arrays import Floats
 
-_BIN_MM = 1.0
+_STEP_MM = 1.0
 
 
 def burr_found(evidence: Evidence) -> float:
@@ -42,7 +42,11 @@ def burr_extent_mm(evidence: Evidence) -> float:
 
 
 def burr_coverage(evidence: Evidence) -> float:
-    """Share of the visible length of the true burrs on which at least one pixel a millimetre is right."""
+    """Share of the visible length of the true burrs that was measured.
+
+    A millimetre of length is visible where a pixel sees the burr, and measured where at least half of the
+    pixels that see it are right.
+    """
     lengths = [lengths_mm(evidence, number) for number in range(len(evidence.matching.true))]
     visible = sum(seen for seen, _ in lengths)
     return sum(covered for _, covered in lengths) / visible if visible else math.nan
@@ -66,10 +70,15 @@ def end_errors_mm(found: Place, true: Place) -> tuple[float, float]:
 def lengths_mm(evidence: Evidence, number: int) -> tuple[float, float]:
     """Length of a true burr that the camera sees, and the part of it that was measured, in steps of 1 mm.
 
-    Length runs along the axis, or for an arc along the arc at its mean radius.
+    Length runs along the axis, or for an arc along the arc.
     """
     on_burr = evidence.truth.burr_index == number
-    return _length_mm(evidence, number, on_burr), _length_mm(evidence, number, on_burr & evidence.right)
+    place = evidence.matching.true[number]
+    step = np.floor(_along_mm(evidence.truth.points_part_mm[on_burr], place) / _STEP_MM).astype(int)
+    _, step = np.unique(step, return_inverse=True)
+    seen = np.bincount(step)
+    right = np.bincount(step, evidence.right[on_burr], minlength=len(seen))
+    return _STEP_MM * len(seen), _STEP_MM * int(np.count_nonzero(right >= 0.5 * seen))
 
 
 def burr_tables(evidence: Evidence) -> tuple[Mapping[str, Any], ...]:
@@ -112,14 +121,10 @@ def _mean_over_hits(evidence: Evidence, error: Callable[[Place, Place], float]) 
     return float(np.mean(errors)) if errors else math.nan
 
 
-def _length_mm(evidence: Evidence, number: int, pixels: Bools) -> float:
-    """Steps of 1 mm along the burr that hold at least one of the pixels."""
-    points = evidence.truth.points_part_mm[pixels]
-    place = evidence.matching.true[number]
-    if place.arc_deg > 0.0:
-        radius = float(np.hypot(points[:, 0], points[:, 1]).mean()) if len(points) else 0.0
-        turns = turn_deg(np.degrees(np.arctan2(points[:, 1], points[:, 0])), place.angle_deg)
-        along = np.radians(turns) * radius
-    else:
-        along = points[:, 2]
-    return _BIN_MM * len(np.unique(np.floor(along / _BIN_MM)))
+def _along_mm(points_mm: Floats, place: Place) -> Floats:
+    """Position along a burr (N,) of part-frame points (N, 3) on it, from its start."""
+    if place.arc_deg == 0.0:
+        inside = np.clip(points_mm[:, 2], place.z_start_mm, place.z_end_mm - 1e-6)
+        return inside - place.z_start_mm
+    turns = turn_deg(np.degrees(np.arctan2(points_mm[:, 1], points_mm[:, 0])), place.angle_deg)
+    return np.radians(turns + place.arc_deg) * np.hypot(points_mm[:, 0], points_mm[:, 1])
