@@ -25,6 +25,8 @@ _DETECTION_Z = 4.0
 _MODULATION_ERROR = 0.02
 _INDIRECT_GUESS = 0.15
 _LEAST_FREQUENCIES = 5
+_FOOTPRINT_PX2 = 0.15
+_FOOTPRINT_ERROR_PX2 = 0.05
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e:
 
 
 def sheet_of(camera: CameraSheet) -> Floats:
-    """What the kernels need of a data sheet: black level, gain, variance in the dark, saturation; all in DN."""
+    """What kernels need of a data sheet: black level, gain, variance in the dark, saturation, in DN."""
     floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
     return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.saturation_dn])
 
@@ -285,7 +287,7 @@ def _fit(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Maximum likelihood of column, row and amplitude by Gauss-Newton.
 
-    Returns them, the most amplitude that unblurred stripes may have, the variances, and chi² per dof.
+    Returns them, the amplitude that unblurred stripes would have, the variances, and chi² per dof.
     """
     amplitude, plain, iuu, ivv, misfit = 0.0, 0.0, np.inf, np.inf, np.inf
     for _ in range(4):
@@ -329,7 +331,9 @@ def _fit(
         cqq, caq = sqq - sq * sq / s0, saq - sa * sq / s0
         chi2 += max(saa - sa * sa / s0 - (caq * caq / cqq if cqq > 0.0 else 0.0), 0.0)
         misfit = chi2 / dof
-        # the least that stripes without loss of modulation may have: two sigmas above the line's intercept
-        slope = min(caq / cqq, 0.0) if cqq > 0.0 else 0.0
-        plain = (sa - slope * sq) / s0 + 2.0 * np.sqrt(1.0 / s0 + (sq / s0) ** 2 / max(cqq, 1e-30))
+        # what stripes without loss of modulation would have: the line's intercept, its slope held near that
+        # of a footprint one pixel wide
+        held = 1.0 / (_FOOTPRINT_ERROR_PX2 * amplitude) ** 2
+        slope = (caq - _FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
+        plain = (sa - slope * sq) / s0
     return u, v, amplitude, plain, iuu, ivv, misfit

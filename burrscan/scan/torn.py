@@ -41,7 +41,7 @@ def torn(
     O(pixels + pixels beside edges · K).
 
     """
-    return _torn(
+    found: Bools = _torn(
         images,
         2.0 * np.pi * code.per_column,
         2.0 * np.pi * code.per_row,
@@ -52,6 +52,7 @@ def torn(
         jump_px,
         most_moved_px,
     )
+    return found
 
 
 @njit(cache=True, parallel=True, nogil=True)

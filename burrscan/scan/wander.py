@@ -30,8 +30,9 @@ def wander_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> float:
 
     Notes
     -----
-    Second differences along rows and down columns, in which a smooth surface hardly shows, are brought to the median of the normal distribution by bisection. 0 where they are there already or
-    where fewer than a few hundred pixels tell. O(pixels).
+    Second differences along rows and down columns, in which a smooth surface hardly shows, are brought to
+    the median of the normal distribution by bisection. 0 where they are there already or where fewer than
+    a few hundred pixels tell. O(pixels).
 
     """
     triples = _triples(u_px, sigma_px, lost)
