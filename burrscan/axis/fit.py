@@ -223,7 +223,7 @@ def refine(
     blur
         Resolution of the pieces.
     sigma
-        Noise to start from; without it every point within a piece's reach counts at first.
+        Noise to start from; without it the pieces are fitted first, and their noise is taken.
     raw_sigma
         Noise of the points before smoothing, if they are smooth.
     thinned
@@ -236,30 +236,33 @@ def refine(
     count = len(pieces.centre)
     gate = GATE * pieces.spacing
     fit = Fit(
-        frame, place, gate if sigma is None else sigma, pieces,
+        frame, place, gate, pieces,
         np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), raw_sigma, 0.0, 0,
     )  # fmt: skip
+    if sigma is not None:
+        fit.sigma = sigma
+    elif count:
+        _step(points, weights, fit, gate, freedom=0.0)
     for data in ([thinned] * THINNED_STEPS if thinned else []) + [(points, weights)] * steps:
         if count:
             _step(*data, fit, gate)
     return fit
 
 
-def _step(points: Floats, weights: Floats, fit: Fit, gate: float) -> float:
-    """One Gauss-Newton step, in place; returns its size."""
+def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: float = 1.0) -> None:
+    """One Gauss-Newton step, in place; with no freedom the axis stays and only the generatrix is fitted."""
     sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
     top = min(gate, 8 * fit.sigma)
     _accumulate(points, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma, top, sums, spread)
     stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
     H, g, offset, fit.response, fit.gram = _eliminated(sums, stiffness)
     step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
-    step = np.clip(step, -0.2, 0.2)
+    step = freedom * np.clip(step, -0.2, 0.2)
     fit.coefficients = fit.coefficients + offset + fit.response @ step
     fit.frame = fit.frame @ rotation_by(step[:2]).T
     fit.place = fit.place - fit.frame @ np.array([step[2], step[3], 0.0])
     fit.sigma = max(median_sigma(spread, top), FLOOR)
     fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
-    return float(np.abs(step).max())
 
 
 def curve(fit: Fit) -> tuple[Any, ...]:

@@ -6,17 +6,18 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis
-from burrscan.axis.cloud import REACH, Cloud, canonical_cloud, voxel_moments
-from burrscan.axis.fit import Fit, frame_of, refine
-from burrscan.axis.ridges import density_field, meridian_bounds
+from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
+from burrscan.axis.fit import Fit, refine
 from burrscan.axis.smooth import displacement, smoothed
 from burrscan.axis.spread import Spread, spread_of
-from burrscan.axis.starts import candidate_axes
+from burrscan.axis.starts import FARTHEST, candidate_axes
 from burrscan.axis.surfels import surfels_of
 from burrscan.inspection import Axis
 
 BLUR = 0.02
 """Resolution of the generatrix in units of the rms radius, or coarser where the noise is larger."""
+COARSE_BLUR = 0.05
+"""The same while the start may be a degree off."""
 BLUR_PER_SIGMA = 1.5
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
@@ -28,7 +29,7 @@ def find_axis_profile(
     *,
     sigma_mm: Floats | None = None,
     seed: int = 0,  # noqa: ARG001 (nothing here is random)
-    smoothing: int = 3,
+    smoothing: int = 2,
     full_steps: int = 2,
 ) -> Axis:
     """Find the axis by fitting a free generatrix to all points.
@@ -54,9 +55,10 @@ def find_axis_profile(
     cells, rows = voxel_moments(points, cloud.weights)
     candidates, evaluations = candidate_axes(surfels_of(cells, rows))
     means, counts = rows[:, 1:4] / rows[:, :1], rows[:, 0] / rows[:, 0].mean()
-    fits = [refine(means, counts, a, c, blur=0.05, steps=3) for a, c, _ in candidates]
-    rank = [sharpness(means, counts, f.frame[:, 2], f.place, blur=BLUR) for f in fits]
-    fit = fits[int(np.argmax(rank))]
+    fits = [refine(means, counts, a, c, blur=COARSE_BLUR, steps=3) for a, c, _ in candidates]
+    best = int(np.argmin([thickness(fit, float(counts.sum())) for fit in fits]))
+    finer = refine(means, counts, *candidates[best][:2], blur=BLUR, steps=3)
+    fit = min(fits[best], finer, key=lambda fit: thickness(fit, float(counts.sum())))
     blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
     fit = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma)
     blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
@@ -75,12 +77,11 @@ def resolution(fit: Fit, raw_sigma: float, count: int) -> float:
     return max(BLUR, BLUR_PER_SIGMA * fit.sigma, float(length) / 2.5)
 
 
-def sharpness(points: Floats, weights: Floats, direction: Floats, place: Floats, *, blur: float) -> float:
-    """How concentrated the points are in the (z, r) plane: the inverse of the area they fill (Rényi's order 2)."""
-    frame, place = frame_of(direction), place - direction * (place @ direction)
-    bounds = meridian_bounds(points, frame, place, REACH)
-    density = density_field(points, weights, frame, place, blur, bounds)[0][:, :, 0]
-    return float((density * density).sum() / max(density.sum(), 1e-300) ** 2)
+def thickness(fit: Fit, total: float) -> float:
+    """Noise about a fit's generatrix, per share of points that it explains; infinite for an axis too far away."""
+    if fit.place @ fit.place > FARTHEST**2 or fit.inliers <= 0.0:
+        return np.inf
+    return fit.sigma * total / fit.inliers
 
 
 def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int) -> Axis:

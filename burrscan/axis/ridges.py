@@ -17,7 +17,7 @@ SPACING = 2.5
 """Distance of neighbouring pieces, in blurs."""
 GATE = 1.6
 """Points further than this many spacings from every piece belong to none."""
-HALF = 0.25
+HALF = 0.4
 """Half length, in spacings, of the line a point's nearest piece is told by: long lines would overlap, and the nearer of
 two overlapping ones depends on the very noise that is to be averaged."""
 MAX_CELLS = 1 << 20

@@ -156,7 +156,7 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
 def _spread(A: Floats, spurious: Floats, B: Floats, variance: float) -> Spread:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
-    whiten = vectors / np.sqrt(np.maximum(values, 1e-14 * max(values[-1], 1e-300)))
+    whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
     widening = max(1.0, float(np.trace(whiten.T @ B @ whiten)) / (4.0 * variance))
     shares, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
     basis = whiten @ modes

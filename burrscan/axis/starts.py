@@ -14,6 +14,8 @@ from burrscan.axis.surfels import Surfels
 
 WIDTH = 0.08
 """Angle, in radians, at which a normal counts half (Geman & McClure)."""
+FARTHEST = 8.0
+"""An axis further than this many rms radii from the data is none: a turn about it is a shift along a prism."""
 
 
 def hemisphere(count: int) -> Floats:
@@ -133,7 +135,7 @@ def descend(
         d = c + step[2] * uv[0] + step[3] * uv[1]
         d = d - np.dot(d, b) * b
         fresh = angle_cost(points, normals, weights, b, d, width)
-        if fresh < cost:
+        if fresh < cost and np.dot(d, d) < FARTHEST * FARTHEST:
             settled = cost - fresh < 1e-5 * cost
             a, c, cost, damping = b, d, fresh, damping * 0.1
             if settled:
@@ -153,7 +155,10 @@ def _grid(
     costs = np.empty(directions.shape[0])
     for k in range(directions.shape[0]):
         places[k] = _point_on_axis(points, normals, weights, directions[k])
-        costs[k] = angle_cost(points, normals, weights, directions[k], places[k], width)
+        if np.dot(places[k], places[k]) < FARTHEST * FARTHEST:
+            costs[k] = angle_cost(points, normals, weights, directions[k], places[k], width)
+        else:
+            costs[k] = np.inf
     return places, costs
 
 
@@ -164,14 +169,16 @@ def candidate_axes(
     p, n, w = surfels.points, surfels.normals, surfels.weights
     few = max(1, len(w) // 400)
     sparse = p[::few].copy(), n[::few].copy(), w[::few].copy()
-    directions = hemisphere(grid)
+    directions = np.concatenate([np.eye(3), hemisphere(grid)])  # a long part's axis is nearly a principal one
     places, costs = _grid(*sparse, directions, 2.0 * WIDTH)
-    order = np.argsort(costs, kind="stable")[:descents]
+    order = [k for k in np.argsort(costs, kind="stable")[:descents] if np.isfinite(costs[k])]
+    order += [k for k in range(3) if k not in order and np.isfinite(costs[k])]
     found = [descend(*sparse, directions[k], places[k], 2.0 * WIDTH, 10) for k in order]
-    found.sort(key=lambda candidate: candidate[2])
+    near = [(a, c, cost) for a, c, cost in found if c @ c < (0.9 * FARTHEST) ** 2]
+    found = sorted(near or found, key=lambda candidate: candidate[2])
     best = [descend(p, n, w, a, c, WIDTH, 10) for a, c, _ in _distinct(found)[:keep]]
     best.sort(key=lambda candidate: candidate[2])
-    return _distinct(best), grid + descents + len(best)
+    return _distinct(best), len(directions) + len(order) + len(best)
 
 
 def _distinct(candidates: list[tuple[Floats, Floats, float]]) -> list[tuple[Floats, Floats, float]]:
