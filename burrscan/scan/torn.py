@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from burrscan.arrays import Bools, Floats, Floats32, Image
+from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
 from burrscan.devices import CameraSheet
 from burrscan.scan.matched import Reading, phasors, sheet_of
 from burrscan.scan.stripes import Stripes
@@ -47,7 +47,6 @@ def torn(
         2.0 * np.pi * code.per_row,
         reading.u_px,
         reading.v_px,
-        reading.misfit,
         sheet_of(camera),
         jump_px,
         most_moved_px,
@@ -62,7 +61,6 @@ def _torn(
     g: Floats,
     u: Floats32,
     v: Floats32,
-    misfit: Floats32,
     sheet: Floats,
     jump: float,
     most: float,
@@ -89,14 +87,13 @@ def _torn(
                     phasors(images, r, c, sheet, z, variance)
                     known = True
                 share, sigma = _second(z, variance, f * u[r, c] + g * v[r, c], f * u[y, x] + g * v[y, x])
-                sigma *= np.sqrt(max(misfit[r, c], 1.0))
                 found[r, c] |= share * apart > most and share > 3.0 * sigma
     return found
 
 
 @njit(cache=True, nogil=True)
-def _second(z: Floats, variance: Floats, one: Floats, two: Floats) -> tuple[float, float]:
-    """Share of a second component's amplitude and its sigma, both in phase with their columns."""
+def _second(z: Complexes, variance: Floats, one: Floats, two: Floats) -> tuple[float, float]:
+    """Share of a second component's amplitude, and its sigma by noise and what neither explains."""
     a11, a12, b1, b2 = 0.0, 0.0, 0.0, 0.0
     for j in range(len(z)):
         k = 1.0 / variance[j]
@@ -111,4 +108,10 @@ def _second(z: Floats, variance: Floats, one: Floats, two: Floats) -> tuple[floa
     total = max(first, 0.0) + max(second, 0.0)
     if not total > 0.0:
         return 0.0, np.inf
-    return max(second, 0.0) / total, np.sqrt(a11 / det) / total
+    chi2, dof = 0.0, -4.0
+    for j in range(len(z)):
+        real = z[j].real - first * np.cos(one[j]) - second * np.cos(two[j])
+        imaginary = z[j].imag - first * np.sin(one[j]) - second * np.sin(two[j])
+        chi2 += (real * real + imaginary * imaginary) / variance[j]
+        dof += 2.0 if variance[j] < np.inf else 0.0
+    return max(second, 0.0) / total, np.sqrt(a11 / det * max(chi2 / dof, 1.0)) / total
