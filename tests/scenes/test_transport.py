@@ -164,7 +164,8 @@ def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
     limit = stats.t.isf(0.0005 / t.size, runs - 1)  # the fewest degrees of freedom that Welch's test can have
     assert lit.sum() > 100
     assert np.abs(t).max() < limit
-    assert ours[:, 0].mean() == pytest.approx(stock[:, 0].mean(), rel=0.005)
+    fine = np.mean([trace(mi, scene, optics, samples=64, seed=i).relight(light[:1]).mean() for i in range(8)])
+    assert fine == pytest.approx(stock[:, 0].mean(), rel=0.005)  # 0.5 % is three standard errors here
 
 
 def _blocks(images: Floats32) -> Floats:
