@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_inspection_options, command
 
 _DETAILS = """\
 The geometry half of the pipeline on a mesh of your own, in its own frame. Angles of burrs are
@@ -30,26 +30,19 @@ def add(commands: Commands) -> None:
         examples=_EXAMPLES,
     )
     parser.add_argument("mesh", metavar="MESH", type=Path, help="a PLY, STL or OBJ file")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write everything found as JSON")
-    parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh with its deviations as PLY")
     parser.add_argument("--unit", default="mm", help="of the coordinates: um, mm, cm, m, inch (default: mm)")
-    parser.add_argument("--axis", metavar="METHOD", default="profile", help="a short name or module:function")
-    parser.add_argument("--limit", metavar="MM", type=float, help="height up to which a burr is permitted")
+    add_inspection_options(parser)
 
 
 def main(given: argparse.Namespace) -> int:
     """Inspect the mesh and print what was found."""
-    from bench.cli.findings import doubts, print_inspection
+    from bench.cli.findings import deliver, doubts
     from burrscan.api import inspect_mesh
-    from burrscan.meshio import read_mesh, write_deviation_ply, write_inspection_json
+    from burrscan.meshio import read_mesh
 
     mesh = read_mesh(given.mesh, unit=given.unit)
     for notice in (*mesh.notices, *doubts(mesh.vertices_mm)):
         print(f"note: {notice}", file=sys.stderr)
     inspection = inspect_mesh(mesh.vertices_mm, mesh.faces, axis=given.axis, limit_mm=given.limit)
-    print_inspection(inspection)
-    if given.json:
-        write_inspection_json(given.json, inspection)
-    if given.ply:
-        write_deviation_ply(given.ply, mesh.vertices_mm, mesh.faces, inspection.deviation_mm)
+    deliver(inspection, mesh.vertices_mm, mesh.faces, json=given.json, ply=given.ply)
     return 0

@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from bench.cli.tables import plain_table, print_table
-from burrscan.arrays import Floats
+from burrscan.arrays import Floats, Ints32
 from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
+from burrscan.meshio import write_deviation_ply, write_inspection_json
 
 _MOST_SHOWN = 30
 _USUAL_MM = (1.0, 10_000.0)
+
+
+def deliver(
+    inspection: Inspection, vertices_mm: Floats, faces: Ints32, *, json: Path | None, ply: Path | None
+) -> None:
+    """Print what was found, and write the files that are asked for."""
+    print_inspection(inspection)
+    if json:
+        write_inspection_json(json, inspection)
+    if ply:
+        write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm)
 
 
 def print_inspection(inspection: Inspection) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 Commands = Any
@@ -37,3 +38,19 @@ def positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text} is not above zero")
     return number
+
+
+def add_inspection_options(parser: argparse.ArgumentParser) -> None:
+    """The options of everything that inspects a surface."""
+    parser.add_argument("--axis", metavar="METHOD", default="profile", help="a short name or module:function")
+    parser.add_argument("--limit", metavar="MM", type=float, help="height up to which a burr is permitted")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write everything found as JSON")
+    parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh with its deviations as PLY")
+
+
+def raster(text: str) -> tuple[int, int]:
+    """A size such as ``1024x768``: width, then height."""
+    width, cross, height = text.lower().replace("×", "x").partition("x")
+    if not cross:
+        raise argparse.ArgumentTypeError(f"{text} is no size such as 1024x768")
+    return positive(width), positive(height)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.score.evidence import Evidence
 from bench.score.matching import Place, turn_deg
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0
 
@@ -47,9 +47,10 @@ def burr_coverage(evidence: Evidence) -> float:
     A millimetre of length is visible where a pixel sees the burr, and measured where at least half of the
     pixels that see it are right.
     """
-    lengths = [lengths_mm(evidence, number) for number in range(len(evidence.matching.true))]
-    visible = sum(seen for seen, _ in lengths)
-    return sum(covered for _, covered in lengths) / visible if visible else math.nan
+    numbers = range(len(evidence.matching.true))
+    visible = sum(visible_mm(evidence, number) for number in numbers)
+    covered = sum(length_mm(evidence, number, evidence.right) for number in numbers)
+    return covered / visible if visible else math.nan
 
 
 def angle_error_deg(found: Place, true: Place) -> float:
@@ -67,18 +68,22 @@ def end_errors_mm(found: Place, true: Place) -> tuple[float, float]:
     return found.z_start_mm - true.z_start_mm, found.z_end_mm - true.z_end_mm
 
 
-def lengths_mm(evidence: Evidence, number: int) -> tuple[float, float]:
-    """Length of a true burr that the camera sees, and the part of it that was measured, in steps of 1 mm.
+def visible_mm(evidence: Evidence, number: int) -> float:
+    """Length of a true burr that the camera sees, in steps of 1 mm; see :func:`length_mm`."""
+    return length_mm(evidence, number, np.ones_like(evidence.right))
 
-    Length runs along the axis, or for an arc along the arc.
+
+def length_mm(evidence: Evidence, number: int, good: Bools) -> float:
+    """Length of a true burr on which at least half of the pixels that see it are ``good`` (h, w).
+
+    It runs along the axis, or for an arc along the arc, and is counted in steps of 1 mm.
     """
     on_burr = evidence.truth.burr_index == number
     place = evidence.matching.true[number]
     step = np.floor(_along_mm(evidence.truth.points_part_mm[on_burr], place) / _STEP_MM).astype(int)
     _, step = np.unique(step, return_inverse=True)
-    seen = np.bincount(step)
-    right = np.bincount(step, evidence.right[on_burr], minlength=len(seen))
-    return _STEP_MM * len(seen), _STEP_MM * int(np.count_nonzero(right >= 0.5 * seen))
+    majority = np.bincount(step, 2.0 * good[on_burr] - 1.0)
+    return _STEP_MM * int(np.count_nonzero(majority >= 0.0))
 
 
 def burr_tables(evidence: Evidence) -> tuple[Mapping[str, Any], ...]:
@@ -87,15 +92,15 @@ def burr_tables(evidence: Evidence) -> tuple[Mapping[str, Any], ...]:
 
 
 def _table(evidence: Evidence, number: int, true: Place) -> Mapping[str, Any]:
-    visible, covered = lengths_mm(evidence, number)
     piece = evidence.matching.best[number]
     table: dict[str, Any] = {
         "kind": evidence.truth.wheel.burrs[number].kind,
         "side": true.side,
         "height_mm": true.height_mm,
         "width_mm": float(evidence.truth.wheel.burrs[number].width_mm),
-        "visible_mm": visible,
-        "covered_mm": covered,
+        "visible_mm": visible_mm(evidence, number),
+        "measurable_mm": length_mm(evidence, number, evidence.truth.measurable),
+        "covered_mm": length_mm(evidence, number, evidence.right),
         "found": piece >= 0,
     }
     return table if piece < 0 else table | _errors(evidence.matching.found[piece], true)

@@ -44,6 +44,8 @@ def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
         (["show", "quik"], "did you mean 'quick'"),
         (["report", "nowhere"], "not a run directory"),
         (["detect", "nowhere.stl"], "nowhere.stl"),
+        (["scan", "nowhere"], "no such file"),
+        (["render", "papr", "--out", "x"], "did you mean 'paper'"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(

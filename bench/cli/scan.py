@@ -1,0 +1,159 @@
+"""``burrscan scan``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bench.cli.grammar import Commands, command, raster
+
+_DETAILS = """\
+FOLDER is a capture folder (burrscan/captures/README.md), rendered by `burrscan render` or recorded,
+or a plain Gray-code folder as OpenCV's tools record it: graycode_00.png, graycode_01.png, ...
+The strategy is the one that capture.json names. The PLY carries a float property 'sigma_mm' per
+vertex: the stated standard deviation along the camera's ray. `burrscan detect` reads it."""
+
+_EXAMPLES = """\
+  burrscan scan captures/paper --ply paper.ply
+  burrscan scan captures/procam/capture_0 --gray 1024x768 --rig calibration_result.xml --ply board.ply"""
+
+
+def add(commands: Commands) -> None:
+    """Declare the subcommand."""
+    parser = command(
+        commands,
+        "scan",
+        main,
+        summary="decode, triangulate and mesh a capture folder, rendered or real",
+        details=_DETAILS,
+        examples=_EXAMPLES,
+    )
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="a capture folder")
+    parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh as PLY")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary as JSON")
+    parser.add_argument("--scan", metavar="METHOD", help="strategy (default: as recorded)")
+    parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
+    parser.add_argument("--rig", metavar="FILE", type=Path, help="rig.json, or OpenCV's XML or YAML")
+
+
+def main(given: argparse.Namespace) -> int:
+    """Scan, print the summary, and write what is asked for."""
+    from burrscan.captures.gray_folder import is_gray_folder
+
+    plain = given.gray is not None or is_gray_folder(given.folder)
+    summary, surface = _gray(given) if plain else _capture(given)
+    for name, value in summary.items():
+        print(f"{name:<18}{_text(value)}")
+    if given.json:
+        _write_json(given.json, summary)
+    if given.ply:
+        _write_ply(given.ply, surface)
+    return 0
+
+
+def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
+    from burrscan.captures.folder import read_rig
+    from burrscan.captures.replay import replay
+    from burrscan.meshing import surface as surface_of
+
+    scan, scanner = replay(given.folder, method=given.scan)
+    rig = read_rig(given.rig) if given.rig else scanner.rig
+    surface = surface_of(scan.correspondence, rig)
+    summary = {
+        "folder": str(given.folder),
+        "strategy": given.scan or (scanner.scan.method if scanner.scan else "found by its shots"),
+        "frames": scan.frames,
+        "exposures_ms": list(scan.exposures_ms),
+        "saturated_pixels": int(scan.saturated.sum()),
+    }
+    return summary | _decoded(scan.correspondence) | _meshed(surface), surface
+
+
+def _gray(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
+    from burrscan.captures.gray_folder import decode_gray_capture, gray_frames, read_gray_folder
+    from burrscan.captures.rows import along_baseline
+    from burrscan.errors import InputError
+    from burrscan.meshing import surface as surface_of
+
+    if given.gray is None:
+        raise InputError(
+            f"{given.folder}: a plain Gray-code folder; say the projector's raster: --gray 1024x768"
+        )
+    width, height = given.gray
+    capture = read_gray_folder(given.folder, width=width, height=height)
+    correspondence = decode_gray_capture(capture)
+    summary: dict[str, Any] = {
+        "folder": str(given.folder),
+        "strategy": f"gray {width}x{height}",
+        "frames": gray_frames(width=width, height=height),
+    }
+    summary |= _decoded(correspondence)
+    if given.rig is None:
+        if given.ply:
+            raise InputError("points need a calibration: give --rig rig.json, or OpenCV's XML or YAML")
+        return summary, None
+    rig = _rig(given.rig, (width, height), capture.white.shape[::-1])
+    surface = surface_of(*along_baseline(correspondence, rig))
+    return summary | _meshed(surface), surface
+
+
+def _rig(path: Path, projector: tuple[int, int], camera: tuple[int, ...]) -> Any:
+    from burrscan.captures.folder import read_rig
+    from burrscan.captures.opencv import read_opencv_rig
+    from burrscan.errors import InputError
+
+    if path.suffix.lower() != ".json":
+        return read_opencv_rig(path, projector=projector, camera=(camera[0], camera[1]))
+    rig = read_rig(path)
+    for name, view, size in (("camera", rig.camera, camera), ("projector", rig.projector, projector)):
+        if (view.width, view.height) != tuple(size):
+            raise InputError(
+                f"{path}: its {name} has {view.width}×{view.height} pixels, the capture's {size[0]}×{size[1]}"
+            )
+    return rig
+
+
+def _decoded(correspondence: Any) -> dict[str, Any]:
+    import numpy as np
+
+    mask = correspondence.mask
+    accepted = int(mask.sum())
+    sigma = float(np.median(correspondence.sigma_u_px[mask])) if accepted else None
+    return {"pixels": mask.size, "accepted": accepted, "median_sigma_px": sigma}
+
+
+def _meshed(surface: Any) -> dict[str, Any]:
+    import numpy as np
+
+    points = len(surface.vertices_mm)
+    middle = lambda values: float(np.median(values)) if points else None  # noqa: E731
+    return {
+        "points": points,
+        "faces": len(surface.faces),
+        "median_sigma_mm": middle(surface.vertex_sigma_mm),
+        "median_depth_mm": middle(surface.vertices_mm[:, 2]),
+    }
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(_text(item) for item in value)
+    if value is None:
+        return "–"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _write_json(path: Path, summary: dict[str, Any]) -> None:
+    import json
+
+    from burrscan.files import written_whole
+
+    with written_whole(path) as beside:
+        beside.write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
+
+
+def _write_ply(path: Path, surface: Any) -> None:
+    from burrscan.ply import write_ply
+
+    write_ply(path, surface.vertices_mm, surface.faces, scalars={"sigma_mm": surface.vertex_sigma_mm})
