@@ -16,6 +16,7 @@ from burrscan.arrays import Floats, Ints32, Levels, freeze
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.inspection import Burr, Inspection, Value
+from burrscan.ply import write_ply
 from burrscan.variants import suggest
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 0.001}
@@ -123,27 +124,14 @@ def write_deviation_ply(path: Path, vertices_mm: Floats, faces: Ints32, deviatio
     Colours run from blue (material missing) over white to red (material too much), full at the 99.5 % point of
     the deviations' size; grey where none is stated. MeshLab, CloudCompare and Blender show either.
     """
-    record = np.dtype([("xyz", "<f4", 3), ("deviation_mm", "<f4"), ("rgb", "u1", 3)])
-    vertices = np.empty(len(vertices_mm), dtype=record)
-    vertices["xyz"], vertices["deviation_mm"] = vertices_mm, deviation_mm
-    vertices["rgb"] = _colours(deviation_mm)
-    triangles = np.empty(len(faces), dtype=np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
-    triangles["count"], triangles["corners"] = 3, faces
-    header = "\n".join(
-        [
-            "ply",
-            "format binary_little_endian 1.0",
-            "comment burrscan; coordinates and deviation in millimetres",
-            f"element vertex {len(vertices)}",
-            *(f"property float {name}" for name in ("x", "y", "z", "deviation_mm")),
-            *(f"property uchar {name}" for name in ("red", "green", "blue")),
-            f"element face {len(triangles)}",
-            "property list uchar int vertex_indices",
-            "end_header\n",
-        ]
+    write_ply(
+        path,
+        vertices_mm,
+        faces,
+        scalars={"deviation_mm": deviation_mm},
+        colours=_colours(deviation_mm),
+        comment="coordinates and deviation in millimetres",
     )
-    with written_whole(Path(path)) as beside:
-        beside.write_bytes(header.encode("ascii") + vertices.tobytes() + triangles.tobytes())
 
 
 def _colours(deviation_mm: Floats) -> Levels:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from burrscan.captures import RecordingScanner
+from burrscan.captures.document import ScanDocument
 from burrscan.errors import InputError
 from burrscan.scan import METHODS
 from burrscan.variants import resolve
@@ -54,7 +55,7 @@ def write_capture(
     simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
     beside = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
     try:
-        _write(simulation, strategy, beside)
+        _write(simulation, strategy, beside, ScanDocument(scan))
         if folder.is_dir():
             folder.rmdir()
         beside.replace(folder)
@@ -63,8 +64,8 @@ def write_capture(
     return folder
 
 
-def _write(simulation: Simulation, strategy: object, folder: Path) -> None:
-    recorder = RecordingScanner(simulation.scanner(), folder)
+def _write(simulation: Simulation, strategy: object, folder: Path, scan: ScanDocument) -> None:
+    recorder = RecordingScanner(simulation.scanner(), folder, scan=scan)
     assert callable(strategy)
     strategy(recorder)
     recorder.close()

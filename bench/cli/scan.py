@@ -127,12 +127,11 @@ def _meshed(surface: Any) -> dict[str, Any]:
     import numpy as np
 
     points = len(surface.vertices_mm)
-    middle = lambda values: float(np.median(values)) if points else None  # noqa: E731
     return {
         "points": points,
         "faces": len(surface.faces),
-        "median_sigma_mm": middle(surface.vertex_sigma_mm),
-        "median_depth_mm": middle(surface.vertices_mm[:, 2]),
+        "median_sigma_mm": float(np.median(surface.vertex_sigma_mm)) if points else None,
+        "median_depth_mm": float(np.median(surface.vertices_mm[:, 2])) if points else None,
     }
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -94,8 +95,30 @@ class Shot:
 
 
 @dataclass(frozen=True)
+class ScanDocument:
+    """The strategy that chose the shots.
+
+    Parameters
+    ----------
+    method
+        A key of :data:`burrscan.scan.METHODS`, or ``"module:function"``.
+    parameters
+        What it was called with.
+    version
+        Of burrscan when it was recorded.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    method: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    version: str = ""
+
+
+@dataclass(frozen=True)
 class CaptureDocument:
-    """``capture.json``."""
+    """``capture.json``; ``scan`` is absent where the strategy is not known."""
 
     __pydantic_config__ = STRICT
 
@@ -104,3 +127,4 @@ class CaptureDocument:
     camera: CameraDocument
     projector: ProjectorDocument
     shots: Annotated[tuple[Shot, ...], Field(min_length=1)]
+    scan: ScanDocument | None = None

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from burrscan.arrays import Image
-from burrscan.captures.document import CaptureDocument, RigDocument, Shot
-from burrscan.captures.png import read_grey
+from burrscan.captures.document import CaptureDocument, RigDocument, ScanDocument, Shot
+from burrscan.captures.png import check_depth, read_grey
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
@@ -59,6 +59,34 @@ class FolderScanner:
         """The projector's data sheet as recorded."""
         return self._document.projector.sheet()
 
+    @property
+    def scan(self) -> ScanDocument | None:
+        """The strategy that chose the shots, where the folder says it."""
+        return self._document.scan
+
+    @property
+    def shots(self) -> tuple[Shot, ...]:
+        """Everything that was recorded, in order."""
+        return self._document.shots
+
+    @property
+    def replayed(self) -> int:
+        """How many shots have been asked for so far."""
+        return sum(self._asked.values())
+
+    def image(self, shot: Shot) -> Image:
+        """What the camera saw in a shot, (h, w) DN.
+
+        Raises
+        ------
+        InputError
+            When the file is missing, damaged, of the wrong size, or holds values beyond the bit depth.
+
+        """
+        image = self._read(shot.image, self._rig.camera)
+        check_depth(image, self.camera.bit_depth, self._folder / shot.image)
+        return image
+
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
         """Find the pictures that were taken of ``patterns``, (F, h, w) DN.
 
@@ -76,8 +104,13 @@ class FolderScanner:
                 raise InputError(
                     f"{self._folder / shot.pattern}: the recorded pattern '{shot.name}' is not the one this "
                     "scan would show; scan with the strategy and the parameters of the recording"
+                    + self._recorded_by()
                 )
-        return np.stack([self._read(shot.image, self._rig.camera) for shot in shots])
+        return np.stack([self.image(shot) for shot in shots])
+
+    def _recorded_by(self) -> str:
+        scan = self.scan
+        return f" ('{scan.method}' of burrscan {scan.version})" if scan is not None else ""
 
     def _shot(self, name: str, exposure_ms: float) -> Shot:
         taken = [s for s in self._document.shots if s.name == name]

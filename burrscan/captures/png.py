@@ -39,3 +39,28 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
         image = image[..., 0]
     grey: NDArray[np.uint16] = image.astype(np.uint16)
     return grey
+
+
+def check_depth(image: NDArray[np.uint16], bit_depth: int, path: Path) -> None:
+    """Refuse values that ``bit_depth`` bits cannot hold.
+
+    Raises
+    ------
+    InputError
+        With the depth that the values need, or how far they are shifted.
+
+    """
+    highest = int(image.max(initial=0))
+    if highest < 1 << bit_depth:
+        return
+    spare = 16 - bit_depth
+    shifted = not np.any(image & np.uint16((1 << spare) - 1))
+    cure = (
+        f"the values are shifted left: divide them by {1 << spare}"
+        if shifted
+        else f"state a bit_depth of {highest.bit_length()} or more, or convert the images"
+    )
+    raise InputError(
+        f"{path}: values up to {highest}, but the camera is said to have {bit_depth} bits "
+        f"(0 to {(1 << bit_depth) - 1}); {cure}"
+    )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from importlib import metadata
 from pathlib import Path
 
 from burrscan.arrays import Image
-from burrscan.captures.document import Shot
+from burrscan.captures.document import ScanDocument, Shot
 from burrscan.captures.folder import write_rig
 from burrscan.captures.png import write_grey
 from burrscan.devices import CameraSheet, ProjectorSheet
@@ -25,12 +26,15 @@ class RecordingScanner:
         The scanner that does the work.
     folder
         Where the capture goes; made if it is not there.
+    scan
+        The strategy that is about to choose the shots, where it is known: the folder will say it.
 
     """
 
-    def __init__(self, scanner: Scanner, folder: Path) -> None:
+    def __init__(self, scanner: Scanner, folder: Path, *, scan: ScanDocument | None = None) -> None:
         self._scanner = scanner
         self._folder = folder
+        self._scan = scan
         self._shots: list[Shot] = []
         for part in ("patterns", "images"):
             (folder / part).mkdir(parents=True, exist_ok=True)
@@ -71,5 +75,7 @@ class RecordingScanner:
             "projector": {"light": self.projector.light.tolist()},
             "shots": [asdict(shot) for shot in self._shots],
         }
+        if self._scan is not None:
+            document["scan"] = asdict(replace(self._scan, version=metadata.version("burrscan")))
         with written_whole(self._folder / "capture.json") as beside:
             beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")

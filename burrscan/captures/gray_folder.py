@@ -1,0 +1,211 @@
+"""Plain Gray-code folders as other people record them: numbered pictures and nothing else.
+
+The layout is that of OpenCV's ``structured_light`` module and of the tools built on it: for the projector's
+columns each bit and then its inverse, the most significant bit first; the same for its rows; then white, then
+black. Codes count from the first column and the first row.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from burrscan.arrays import Floats, Image, Ints, freeze
+from burrscan.captures.png import read_grey
+from burrscan.codes.gray import bits_for, decode
+from burrscan.correspondence import Correspondence
+from burrscan.devices import CameraSheet
+from burrscan.errors import InputError
+
+_NUMBERED = re.compile(r"^(?P<stem>.*?)(?P<number>\d+)(?P<suffix>\.(png|bmp|tiff?|pgm))$", re.IGNORECASE)
+_DEPTHS = (8, 10, 12, 14, 16)
+_FEWEST_LIT = 100
+_LEAST_SHARE = 0.25
+_NOISE_BINS = 32
+_PER_BIN = 200
+
+
+@dataclass(frozen=True)
+class GrayCapture:
+    """The pictures of a plain Gray-code folder, DN.
+
+    Parameters
+    ----------
+    columns, rows
+        (2 bits, h, w) each bit and its inverse, the most significant first.
+    white, black
+        (h, w).
+    camera
+        A data sheet estimated from the pictures themselves.
+    width, height
+        The projector's raster.
+
+    """
+
+    columns: Image
+    rows: Image
+    white: Image
+    black: Image
+    camera: CameraSheet
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        freeze(self, columns=self.columns, rows=self.rows, white=self.white, black=self.black)
+
+
+def is_gray_folder(folder: Path) -> bool:
+    """Whether a folder holds numbered pictures named ``graycode_…`` and no ``capture.json``."""
+    return not (folder / "capture.json").exists() and any(folder.glob("graycode_*[0-9].*"))
+
+
+def read_gray_folder(folder: Path, *, width: int, height: int) -> GrayCapture:
+    """Read a plain Gray-code folder for a projector of ``width`` × ``height``.
+
+    Raises
+    ------
+    InputError
+        For a folder without numbered pictures, a missing picture, pictures of different sizes, in colour or
+        in another order, and for a capture that holds no light.
+
+    """
+    paths = _frames(folder, width, height)
+    images = [read_grey(path) for path in paths]
+    for path, image in zip(paths, images, strict=True):
+        if image.shape != images[0].shape:
+            raise InputError(
+                f"{path}: {image.shape[1]}×{image.shape[0]} pixels, but {paths[0].name} has "
+                f"{images[0].shape[1]}×{images[0].shape[0]}"
+            )
+    stack: Image = np.stack(images)
+    white, black = stack[-2], stack[-1]
+    _refuse_unlit(folder, white, black)
+    _refuse_other_order(paths, stack)
+    split = 2 * bits_for(width=width, cell_px=1)
+    camera = _camera_of(stack[:-2])
+    return GrayCapture(stack[:split], stack[split:-2], white, black, camera, width, height)
+
+
+def decode_gray_capture(capture: GrayCapture) -> Correspondence:
+    """Projector columns and rows of a plain Gray-code capture.
+
+    A pixel is accepted where columns and rows both decode: at most one bit of each is doubtful (within
+    three standard deviations of its inverse), and flipping it moves the pixel by one. Its stated sigma is
+    that of an even spread over one projector pixel. O(frames · pixels).
+    """
+    u = decode(capture.columns, capture.camera, width=capture.width, cell_px=1)
+    v = decode(capture.rows, capture.camera, width=capture.height, cell_px=1)
+    mask = u.mask & v.mask
+    nan = np.float32(np.nan)
+    return Correspondence(
+        u_px=np.where(mask, u.u_px, nan),
+        sigma_u_px=np.where(mask, u.sigma_u_px, nan),
+        mask=mask,
+        v_px=np.where(mask, v.u_px, nan),
+        sigma_v_px=np.where(mask, v.sigma_u_px, nan),
+    )
+
+
+def gray_frames(*, width: int, height: int) -> int:
+    """How many pictures a plain Gray-code capture has."""
+    return 2 * (bits_for(width=width, cell_px=1) + bits_for(width=height, cell_px=1)) + 2
+
+
+def _frames(folder: Path, width: int, height: int) -> list[Path]:
+    """The numbered pictures in order, none missing."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: {'not a folder' if folder.exists() else 'no such folder'}")
+    series = _series(folder)
+    expected = gray_frames(width=width, height=height)
+    numbers = sorted(series)
+    first = numbers[0]
+    missing = sorted(set(range(first, first + expected)) - set(numbers))
+    if missing or len(numbers) > expected:
+        what = (
+            f"picture {', '.join(str(n) for n in missing[:5])} is missing"
+            if missing
+            else f"{len(numbers)} pictures"
+        )
+        raise InputError(
+            f"{folder}: {what}; a projector of {width}×{height} takes {expected} pictures, numbered {first} "
+            f"to {first + expected - 1}: columns and rows as bit and inverse, white, black"
+        )
+    return [series[n] for n in numbers]
+
+
+def _series(folder: Path) -> dict[int, Path]:
+    """The longest run of files that differ in their number alone."""
+    found: dict[tuple[str, str], dict[int, Path]] = {}
+    for path in sorted(folder.iterdir()):
+        match = _NUMBERED.match(path.name)
+        if match:
+            key = match["stem"], match["suffix"].lower()
+            found.setdefault(key, {})[int(match["number"])] = path
+    if not found:
+        raise InputError(f"{folder}: holds no numbered pictures such as graycode_00.png")
+    return max(found.values(), key=len)
+
+
+def _refuse_unlit(folder: Path, white: Image, black: Image) -> None:
+    gain = white.astype(float) - black
+    noise = 1.0 + 1.4826 * float(np.median(np.abs(gain - np.median(gain))))
+    if (gain > 5.0).sum() >= _FEWEST_LIT:
+        return
+    if (-gain > 5.0 * noise).sum() >= _FEWEST_LIT:
+        raise InputError(
+            f"{folder}: the last picture is brighter than the one before; white goes before black"
+        )
+    raise InputError(
+        f"{folder}: nothing decodes: white and black do not differ (the brightest pixel of white shows "
+        f"{int(white.max())} DN); check the lens cap, that the projector was on, and the exposure"
+    )
+
+
+def _refuse_other_order(paths: list[Path], stack: Image) -> None:
+    """A picture and its inverse add up to white and black; a gap in the sequence does not."""
+    white, black = stack[-2].astype(np.int32), stack[-1].astype(np.int32)
+    whole = white + black
+    lit = (white - black) >= max(5.0, float(np.quantile(white - black, 0.9)) / 4.0)
+    lit &= (white < white.max()) | (white.max() == white.min())
+    for i in range(0, len(stack) - 2, 2):
+        apart = np.abs(stack[i].astype(np.int32) + stack[i + 1] - whole)[lit]
+        if len(apart) and np.median(apart / (white - black)[lit]) > _LEAST_SHARE:
+            raise InputError(
+                f"{paths[i].name} and {paths[i + 1].name} are not a picture and its inverse (their sum is "
+                "not that of white and black); the order must be: columns and then rows, the most "
+                "significant bit first, each bit before its inverse, then white, then black"
+            )
+
+
+def _camera_of(pairs: Image) -> CameraSheet:
+    """A data sheet by the photon transfer of the pictures themselves.
+
+    The sum of a picture and its inverse is the same for every bit, but for noise: its variance over the bits
+    is ``gain · sum + 2 · read noise²`` (EMVA 1288, section 6), a straight line whose slope is the gain.
+    """
+    depth = next(d for d in _DEPTHS if int(pairs.max()) < 1 << d)
+    top = (1 << depth) - 1
+    sums = pairs[0::2].astype(np.float32) + pairs[1::2]
+    clipped = (pairs >= top).any(axis=0)
+    mean, variance = sums.mean(axis=0)[~clipped], sums.var(axis=0, ddof=1)[~clipped]
+    gain, floor = _photon_transfer(mean.astype(float), variance.astype(float), len(sums) - 1)
+    read_dn = np.sqrt(max(0.5 * floor - 1.0 / 12.0, 0.01))
+    return CameraSheet(
+        bit_depth=depth, full_well_e=top / gain, read_noise_e=float(read_dn) / gain, black_level_dn=0.0
+    )
+
+
+def _photon_transfer(mean: Floats, variance: Floats, freedom: int) -> tuple[float, float]:
+    """Slope and intercept of variance over mean, from medians in bins of equal count."""
+    order: Ints = np.argsort(mean, kind="stable")
+    bins = [b for b in np.array_split(order, _NOISE_BINS) if len(b) >= _PER_BIN]
+    if len(bins) < 2:  # too few unclipped pixels: one DN of noise, as good a guess as any
+        return 0.01, 2.0
+    x = np.array([mean[b].mean() for b in bins])
+    # the median of chi² over its degrees of freedom (Wilson & Hilferty 1931)
+    y = np.array([np.median(variance[b]) for b in bins]) / (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    slope, intercept = np.polyfit(x, y, 1, w=1.0 / np.maximum(y, 1e-3))
+    return max(float(slope), 1e-4), float(intercept)

@@ -1,0 +1,102 @@
+"""Scanning a capture folder: its strategy is run again over the recorded pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from burrscan.captures.folder import FolderScanner
+from burrscan.correspondence import Scan
+from burrscan.errors import InputError
+from burrscan.scan import METHODS
+from burrscan.variants import check_parameters, resolve
+
+_NOISES = 6.0
+_STRAY_SHARE = 1e-4
+"""Hot pixels: a picture in which fewer than this share of the pixels are above the dark is a dark one."""
+
+
+def replay(folder: Path, *, method: str | None = None) -> tuple[Scan, FolderScanner]:
+    """Scan a capture folder.
+
+    Parameters
+    ----------
+    folder
+        The capture folder (``burrscan/captures/README.md``).
+    method
+        A scanning strategy; by default the one that ``capture.json`` names. Where it names none, the first
+        strategy whose shots are all there.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be used, its shots do not fit the strategy, or nothing decodes.
+
+    """
+    scanner = FolderScanner(folder)
+    try:
+        scan, scanner = _first(folder, _strategies(scanner, method))
+    except InputError:
+        refuse_dark(scanner, folder)
+        raise
+    if not scan.correspondence.mask.any():
+        refuse_dark(scanner, folder)
+        raise InputError(
+            f"{folder}: no pixel decodes, though the pictures are not dark; do patterns and pictures belong "
+            "together, does the projector light what the camera sees, was everything still?"
+        )
+    return scan, scanner
+
+
+def _strategies(scanner: FolderScanner, method: str | None) -> list[Callable[..., Scan]]:
+    if method is not None:
+        return [_bound(method, {})]
+    if scanner.scan is not None:
+        return [_bound(scanner.scan.method, dict(scanner.scan.parameters))]
+    return [_bound(name, {}) for name in METHODS]
+
+
+def _bound(method: str, parameters: dict[str, Any]) -> Callable[..., Scan]:
+    function = resolve(method, METHODS, stage="scan method")
+    check_parameters(function, parameters, stage=f"scan method '{method}'")
+    return partial(function, **parameters)
+
+
+def _first(folder: Path, strategies: list[Callable[..., Scan]]) -> tuple[Scan, FolderScanner]:
+    """The first strategy that gets through; else the error of the one that got furthest."""
+    furthest: tuple[int, InputError] | None = None
+    for strategy in strategies:
+        scanner = FolderScanner(folder)
+        try:
+            return strategy(scanner), scanner
+        except InputError as error:
+            if furthest is None or scanner.replayed > furthest[0]:
+                furthest = scanner.replayed, error
+    assert furthest is not None
+    raise furthest[1]
+
+
+def refuse_dark(scanner: FolderScanner, folder: Path) -> None:
+    """Say so where no recorded picture holds any light.
+
+    Raises
+    ------
+    InputError
+        When every picture is dark, or one of them cannot be read.
+
+    """
+    camera = scanner.camera
+    floor = camera.black_level_dn + _NOISES * (camera.gain_dn_per_e * camera.read_noise_e + 0.5)
+    brightest = 0
+    for shot in scanner.shots:
+        image = scanner.image(shot)
+        if (image > floor).mean() > _STRAY_SHARE:
+            return
+        brightest = max(brightest, int(image.max()))
+    raise InputError(
+        f"{folder}: nothing decodes, all {len(scanner.shots)} pictures are black: the brightest pixel shows "
+        f"{brightest} of {camera.saturation_dn} DN and the dark is {camera.black_level_dn:g} DN; check the "
+        "lens cap, that the projector was on, the exposure, and that bit_depth is the camera's"
+    )
