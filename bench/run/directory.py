@@ -6,7 +6,7 @@ import fcntl
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from burrscan.documents import read_json
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 
+_KEYS = {"suite", "suite_hash", "seed", "metrics", "cases", "sessions"}
 FORMAT = 1
 """Version of the run directory's layout."""
 
@@ -102,7 +103,7 @@ def load_run(path: Path) -> Run:
     if not directory.manifest.exists():
         raise InputError(f"{path}: not a run directory (no run.json); 'burrscan run SUITE' makes one")
     manifest = read_json(directory.manifest)
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or not manifest.keys() >= _KEYS:
         raise InputError(f"{directory.manifest}: not a run of format {FORMAT}; run the suite again")
     suite = suite_from(manifest["suite"], source=str(directory.manifest))
     order = {
@@ -156,9 +157,10 @@ def unfinished(parent: Path, suite_name: str | None) -> Path:
     """
     found = sorted(parent.glob("*/run.json"), key=lambda path: path.stat().st_mtime, reverse=True)
     for manifest in found:
-        run = load_run(manifest.parent)
-        if run.missing and suite_name in {None, run.suite.name}:
-            return manifest.parent
+        with suppress(InputError):  # a run of another version cannot be resumed, and need not be
+            run = load_run(manifest.parent)
+            if run.missing and suite_name in {None, run.suite.name}:
+                return manifest.parent
     what = f"of suite '{suite_name}' " if suite_name else ""
     raise InputError(f"{parent}: no unfinished run {what}to resume; name one with --out")
 
