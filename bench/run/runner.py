@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -48,6 +49,7 @@ class Progress:
         return replace(self, done=self.done + 1, failed=failed, case=case.id)
 
 
+_LOG = logging.getLogger("burrscan.run")
 Examine = Callable[[Job, Case], list[Record]]
 
 
@@ -94,6 +96,7 @@ def run_suite(
     count = max(1, min(workers or usable_cores(), len(cases)))
     threads = max(1, usable_cores() // count)
     directory = RunDirectory(out_dir)
+    _refuse_foreign(directory)
     sitting = session(workers=count, threads=threads, renderer=choose().variant)
     with directory.locked():
         _open(directory, suite, cases, seed, sitting)
@@ -127,15 +130,28 @@ def _open(
     """Write the manifest, or check that the one there asks for the same and add this sitting."""
     asked = describe_run(suite, cases, seed=seed, metrics=_definitions())
     if not directory.manifest.exists():
-        if any(item.name != ".lock" for item in directory.path.iterdir()):
-            raise InputError(
-                f"{directory.path}: not empty and not a run; choose another directory with --out"
-            )
         write_manifest(directory, {**asked, "sessions": [sitting]})
         return
     run = load_run(directory.path)
     _refuse_another(run, asked)
+    _warn_of_other_code(run.manifest["sessions"][-1], sitting)
     write_manifest(directory, {**run.manifest, "sessions": [*run.manifest["sessions"], sitting]})
+
+
+def _refuse_foreign(directory: RunDirectory) -> None:
+    """Leave a folder alone that holds anything but a run."""
+    if directory.path.exists() and not directory.path.is_dir():
+        raise InputError(f"{directory.path}: not a directory; choose another with --out")
+    begun = directory.manifest.exists() or not directory.path.exists()
+    if not begun and any(item.name != ".lock" for item in directory.path.iterdir()):
+        raise InputError(f"{directory.path}: not empty and not a run; choose another directory with --out")
+
+
+def _warn_of_other_code(before: dict[str, Any], now: dict[str, Any]) -> None:
+    """Say so when the sittings of a run differ in what its records depend on."""
+    differ = [key for key in ("git", "versions", "renderer", "python") if before.get(key) != now[key]]
+    if differ:
+        _LOG.warning("note: this run was begun with another state of: %s", ", ".join(differ))
 
 
 def _refuse_another(run: Run, asked: dict[str, Any]) -> None:

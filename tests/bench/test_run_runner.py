@@ -155,6 +155,9 @@ def test_a_directory_that_holds_something_else_is_refused(
     (tmp_path / "thesis.txt").touch()
     with pytest.raises(InputError, match="not empty"):
         run_suite(small_suite(), tmp_path, workers=1, examine_case=fakes.good)
+    assert [item.name for item in tmp_path.iterdir()] == ["thesis.txt"]
+    with pytest.raises(InputError, match="not a directory"):
+        run_suite(small_suite(), tmp_path / "thesis.txt", workers=1, examine_case=fakes.good)
     with pytest.raises(InputError, match=r"suite_hash.*another directory"):
         run_suite(small_suite(seeds=[0]), whole, workers=1, examine_case=fakes.good)
     with pytest.raises(InputError, match="differs in seed"):
