@@ -7,11 +7,14 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
+from burrscan.axis.degenerate import too_short, undetermined
 from burrscan.axis.fit import Fit, refine
-from burrscan.axis.smooth import displacement, smoothed
+from burrscan.axis.ridges import SPACING
+from burrscan.axis.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
 from burrscan.axis.spread import Spread, spread_of
 from burrscan.axis.starts import FARTHEST, candidate_axes
 from burrscan.axis.surfels import surfels_of
+from burrscan.errors import InputError
 from burrscan.inspection import Axis
 
 BLUR = 0.02
@@ -19,6 +22,8 @@ BLUR = 0.02
 COARSE_BLUR = 0.05
 """The same while the start may be a degree off."""
 BLUR_PER_SIGMA = 1.5
+RIVAL, RIVAL_COST = 3.0, 0.02
+"""A candidate is tried while its cost is below this many times the least, and some."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -47,34 +52,51 @@ def find_axis_profile(
 
     """
     cloud = canonical_cloud(vertices_mm, sigma_mm)
-    points = cloud.points
-    raw_sigma = 0.0
+    pitch = 0.0
     if faces is not None and len(faces):
-        points = smoothed(points, faces, rounds=smoothing)
-        raw_sigma = displacement(cloud.points, points)
+        points = smoothed(cloud.points, faces, rounds=smoothing)
+        pitch = float(np.sqrt(median_square_edge(points, faces)))
+    else:
+        points = smoothed_cloud(cloud.points, rounds=smoothing)
+    raw_sigma = displacement(cloud.points, points) if smoothing else 0.0
     cells, rows = voxel_moments(points, cloud.weights)
     candidates, evaluations = candidate_axes(surfels_of(cells, rows))
+    if not candidates:
+        raise InputError(
+            "no axis fits: the points hold no surface of revolution, or less than a patch of one"
+        )
     means, counts = rows[:, 1:4] / rows[:, :1], rows[:, 0] / rows[:, 0].mean()
-    fits = [refine(means, counts, a, c, blur=COARSE_BLUR, steps=3) for a, c, _ in candidates]
-    best = int(np.argmin([thickness(fit, float(counts.sum())) for fit in fits]))
-    finer = refine(means, counts, *candidates[best][:2], blur=BLUR, steps=3)
-    fit = min(fits[best], finer, key=lambda fit: thickness(fit, float(counts.sum())))
-    blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
-    fit = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma)
-    blur = resolution(fit, max(raw_sigma, fit.sigma), len(points))
+    fit = _best_start(means, counts, candidates)
+    blur = resolution(fit, max(raw_sigma, fit.sigma), len(points), pitch)
+    rough = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma)
+    blur = resolution(rough, max(raw_sigma, rough.sigma), len(points), pitch)
     fit = refine(
-        points, cloud.weights, fit.frame[:, 2], fit.place,
-        blur=blur, steps=full_steps, sigma=fit.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
+        points, cloud.weights, rough.frame[:, 2], rough.place,
+        blur=blur, steps=full_steps, sigma=rough.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
     )  # fmt: skip
-    evaluations += fit.steps
-    return axis_of(cloud, fit, spread_of(points, cloud.points, cloud.weights, fit), evaluations)
+    spread = spread_of(points, cloud.points, cloud.weights, fit)
+    flags = undetermined(means, counts, rough.sigma, spread.covariance)
+    if too_short(means, fit.frame, fit.place, max(raw_sigma, fit.sigma)):
+        flags = ("direction", "position")
+    return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
 
 
-def resolution(fit: Fit, raw_sigma: float, count: int) -> float:
+def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Floats, float]]) -> Fit:
+    """Refine the candidates that come near the best, at two resolutions; keep the thinnest generatrix."""
+    rivals = [c for c in candidates if c[2] < RIVAL * candidates[0][2] + RIVAL_COST]
+    fits = [
+        refine(means, counts, direction, place, blur=blur, steps=3)
+        for direction, place, _ in rivals
+        for blur in (COARSE_BLUR, BLUR)
+    ]
+    return min(fits, key=lambda fit: thickness(fit, float(counts.sum())))
+
+
+def resolution(fit: Fit, raw_sigma: float, count: int, pitch: float) -> float:
     """Blur of the pieces: as fine as the noise lets their slopes be known, σ √12 / (L √n) with n = λ L points."""
     density = count / max(len(fit.coefficients) * fit.pieces.spacing, 1e-300)
     length = (raw_sigma * np.sqrt(12.0 / density) / SLOPE_NOISE) ** (2.0 / 3.0)
-    return max(BLUR, BLUR_PER_SIGMA * fit.sigma, float(length) / 2.5)
+    return max(BLUR, BLUR_PER_SIGMA * fit.sigma, float(length) / SPACING, min(pitch, COARSE_BLUR))
 
 
 def thickness(fit: Fit, total: float) -> float:
@@ -84,7 +106,7 @@ def thickness(fit: Fit, total: float) -> float:
     return fit.sigma * total / fit.inliers
 
 
-def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int) -> Axis:
+def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int, flags: tuple[str, ...]) -> Axis:
     """Turn a fit in the canonical frame into an axis in the frame of the mesh."""
     direction = cloud.rotation @ fit.frame[:, 2]
     direction /= np.linalg.norm(direction) * np.sign(direction[np.argmax(np.abs(direction))])
@@ -96,4 +118,4 @@ def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int) -> Axis:
     turn = np.zeros((4, 4))
     turn[:2, :2], turn[2:, 2:] = change, cloud.scale_mm * change
     covariance = turn @ move @ spread.covariance @ move.T @ turn.T
-    return Axis(point, direction, covariance, "profile", evaluations)
+    return Axis(point, direction, covariance, "profile", evaluations, flags)

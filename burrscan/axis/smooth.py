@@ -7,22 +7,25 @@ found from: they treat every meridian alike, so they blur the generatrix but do 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.kernel import kernel
 
-EDGE_LIMIT = 4.0
+EDGE_LIMIT = 3.0
 """Edges longer than this many median edges join different surfaces, or an outlier, and carry nothing."""
 
 
 @kernel
-def _median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no cover
-    """Median squared length of the faces' first edges, from a histogram over logarithms (order-free)."""
+def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no cover
+    """Median squared length of the faces' longest edges, from a histogram over logarithms (order-free)."""
     bins = np.zeros(2048)
     for f in range(faces.shape[0]):
-        a, b = faces[f, 0], faces[f, 1]
-        x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
-        square = x * x + y * y + z * z
+        square = 0.0
+        for s in range(3):
+            a, b = faces[f, s], faces[f, (s + 1) % 3]
+            x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
+            square = max(square, x * x + y * y + z * z)
         if square > 0.0:
             bins[min(2047, max(0, int(1024 + 32 * np.log2(square))))] += 1.0
     half, total = 0.5 * bins.sum(), 0.0
@@ -65,7 +68,7 @@ def _round(points: Floats, faces: Ints32, limit: float, out: Floats) -> None:  #
 
 def smoothed(points: Floats, faces: Ints32, *, rounds: int) -> Floats:
     """Average each vertex over its faces, ``rounds`` times. O(rounds · T)."""
-    limit = EDGE_LIMIT**2 * _median_square_edge(points, faces)
+    limit = EDGE_LIMIT**2 * median_square_edge(points, faces)
     for _ in range(rounds):
         out = np.empty_like(points)
         _round(points, faces, limit, out)
@@ -88,3 +91,16 @@ def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
         if total >= half > 0.0:
             return float(2.0 ** ((k + 0.5 - 1024) / 64) / 0.6745)
     return 0.0
+
+
+def smoothed_cloud(points: Floats, *, rounds: int, neighbours: int = 8) -> Floats:
+    """The same for points without faces: the mean over the nearest neighbours. O(V log V)."""
+    tree = cKDTree(points)
+    for _ in range(rounds):
+        distance, index = tree.query(points, k=min(neighbours, len(points)))
+        limit = EDGE_LIMIT * np.median(distance[:, -1])
+        near = distance < max(float(limit), 1e-300)
+        near[:, 0] = True
+        points = np.einsum("nk,nki->ni", near, points[index]) / near.sum(axis=1)[:, None]
+        tree = cKDTree(points)
+    return points
