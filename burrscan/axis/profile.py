@@ -118,4 +118,11 @@ def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int, flags: tup
     turn = np.zeros((4, 4))
     turn[:2, :2], turn[2:, 2:] = change, cloud.scale_mm * change
     covariance = turn @ move @ spread.covariance @ move.T @ turn.T
+    for flag, part, size in (
+        ("direction", slice(0, 2), np.pi / 2),
+        ("position", slice(2, 4), cloud.scale_mm),
+    ):
+        if flag in flags:
+            covariance[part, :] = covariance[:, part] = 0.0
+            covariance[part, part] = size**2 * np.eye(2)
     return Axis(point, direction, covariance, "profile", evaluations, flags)

@@ -1,0 +1,124 @@
+"""Secondary tests of an axis, as the conclusion of the seed paper asks: is the solution what it seems to be?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.axis.basis import perpendicular_basis
+from burrscan.axis.cloud import canonical_cloud, voxel_moments
+from burrscan.axis.sections import fit_circles, sections
+from burrscan.axis.starts import WIDTH, angle_cost, candidate_axes
+from burrscan.axis.surfels import Surfels, surfels_of
+from burrscan.inspection import Axis, Check
+
+PLANES = 20
+LARGEST_LEAN = 0.02
+"""Lean of the line of centres, rad: what a few short arcs can be wrong by."""
+LEAST_MARGIN = 1.2
+LARGEST_WAVE = 3.0
+
+
+def axis_checks(
+    vertices_mm: Floats, faces: Ints32, axis: Axis, *, deviation_mm: Floats | None = None
+) -> tuple[Check, ...]:
+    """Secondary tests of a solution.
+
+    Parameters
+    ----------
+    vertices_mm, faces
+        (V, 3) finite positions and (T, 3).
+    axis
+        The solution.
+    deviation_mm
+        (V,) distance of each vertex from the generatrix, NaN where none is stated; needed for the last test.
+
+    Returns
+    -------
+    Of "determined", "centres_collinear", "centres_box", "landscape_margin" and "residual_symmetry" those that the
+    data allow. O(V + T).
+
+    """
+    checks = [_determined(axis), _margin(vertices_mm, axis)]
+    if len(faces):
+        checks += _centres(vertices_mm, faces, axis)
+    if deviation_mm is not None:
+        checks.append(_symmetry(vertices_mm, axis, deviation_mm))
+    return tuple(checks)
+
+
+def _determined(axis: Axis) -> Check:
+    open_ = ", ".join(axis.undetermined) or "nothing"
+    return Check(
+        "determined", not axis.undetermined, float(len(axis.undetermined)), 0.0, "",
+        f"the data leave {open_} of the axis open",
+    )  # fmt: skip
+
+
+def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
+    """Circle centres of sections across the axis: do they lie on it, and how large is the box around them?"""
+    e = perpendicular_basis(axis.direction)
+    turn = np.stack([e[:, 0], e[:, 1], axis.direction])
+    centred = vertices - axis.point_mm
+    size = float(np.sqrt(centred.var(axis=0).sum()))
+    state: Ints = np.array([1], dtype=np.int64)
+    points, index = sections(centred, faces, turn, planes=PLANES, every=True)
+    circles = fit_circles(points, index, PLANES, 0.02 * size, 0, True, True, state)
+    good = circles[np.isfinite(circles[:, 3]) & (circles[:, 7] < 0.5)]
+    if len(good) < 4:
+        return []
+    # A short arc tells its centre badly along its middle; the median and Theil's slope survive that.
+    middle = np.median(good[:, :2], axis=0)
+    box = 2.0 * np.median(np.abs(good[:, :2] - middle), axis=0)
+    first, second = np.triu_indices(len(good), k=1)
+    rise = good[second, 2] - good[first, 2]
+    lean = float(np.hypot(*np.median((good[second, :2] - good[first, :2]) / rise[:, None], axis=0)))
+    return [
+        Check(
+            "centres_collinear", lean < LARGEST_LEAN, float(np.degrees(lean)), float(np.degrees(LARGEST_LEAN)), "deg",
+            "circles through sections across the axis have their centres along it",
+        ),
+        Check(
+            "centres_box", float(box.max()) < 0.05 * size, float(box.max()), 0.05 * size, "mm",
+            "half of those centres lie in a box of this side across the axis",
+        ),
+    ]  # fmt: skip
+
+
+def _margin(vertices: Floats, axis: Axis) -> Check:
+    """How much worse is the next minimum of the landscape of axes than this one?"""
+    cloud = canonical_cloud(np.ascontiguousarray(vertices), None)
+    surfels = surfels_of(*voxel_moments(cloud.points, cloud.weights))
+    direction = cloud.rotation.T @ axis.direction
+    place = cloud.rotation.T @ (axis.point_mm - cloud.mean_mm) / cloud.scale_mm
+    own = _cost(surfels, direction, place)
+    candidates, _ = candidate_axes(surfels)
+    others = [cost for a, _, cost in candidates if abs(a @ direction) < np.cos(np.radians(5.0))]
+    ratio = min(others) / max(own, 1e-12) if others else np.inf
+    return Check(
+        "landscape_margin", bool(ratio > LEAST_MARGIN), float(min(ratio, 1e6)), LEAST_MARGIN, "",
+        "cost of the next best axis, more than 5 degrees away, over the cost of this one",
+    )  # fmt: skip
+
+
+def _cost(surfels: Surfels, direction: Floats, place: Floats) -> float:
+    return float(angle_cost(surfels.points, surfels.normals, surfels.weights, direction, place, WIDTH))
+
+
+def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
+    """Do the deviations show a first harmonic around the axis, as a wrong axis would leave?"""
+    known = np.isfinite(deviation)
+    e = perpendicular_basis(axis.direction)
+    across = (vertices[known] - axis.point_mm) @ e
+    phi = np.arctan2(across[:, 1], across[:, 0])
+    d = deviation[known]
+    sigma = 1.4826 * float(np.median(np.abs(d - np.median(d)))) if len(d) else 0.0
+    d = np.clip(d, -3.0 * sigma, 3.0 * sigma)
+    design = np.column_stack([np.ones(len(d)), np.cos(phi), np.sin(phi)])
+    wave, *_ = np.linalg.lstsq(design, d, rcond=None) if len(d) > 3 else (np.zeros(3),)
+    swing = float(np.ptp(design[:, 1:] @ wave[1:])) if len(d) > 3 else 0.0
+    share = swing / sigma if sigma > 0.0 else 0.0
+    return Check(
+        "residual_symmetry", share < LARGEST_WAVE, share, LARGEST_WAVE, "",
+        "swing of the deviations once around the axis, over their robust spread",
+    )  # fmt: skip
