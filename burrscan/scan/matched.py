@@ -127,12 +127,13 @@ def _read(
 ) -> tuple[Floats32, Bools]:
     _, height, width = images.shape
     planes = np.full((9, height, width), np.nan, np.float32)
+    turns = turns_of(images.shape[0] // len(f))
     clipped = np.zeros((height, width), np.bool_)
     for r in prange(height):
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
         for c in range(width):
-            mean, usable = phasors(images, r, c, sheet, z, variance)
+            mean, usable = phasors(images, r, c, sheet, turns, z, variance)
             clipped[r, c] = usable < len(f)
             if usable < _LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
@@ -156,8 +157,15 @@ def _read(
 
 
 @njit(cache=True, nogil=True)
+def turns_of(steps: int) -> Floats:
+    """Cosines and sines (2, steps) of the steps."""
+    angles = 2.0 * np.pi * np.arange(steps) / steps
+    return np.stack((np.cos(angles), np.sin(angles)))
+
+
+@njit(cache=True, nogil=True)
 def phasors(
-    images: Image, r: int, c: int, sheet: Floats, z: Complexes, variance: Floats
+    images: Image, r: int, c: int, sheet: Floats, turns: Floats, z: Complexes, variance: Floats
 ) -> tuple[float, int]:
     """Complex amplitude of each frequency and its variance per component; clipped ones weigh nothing."""
     black, gain, floor, saturation = sheet
@@ -169,9 +177,8 @@ def phasors(
         for n in range(steps):
             value = float(images[j * steps + n, r, c])
             whole &= value < saturation
-            turn = 2.0 * np.pi * n / steps
-            a += value * np.cos(turn)
-            b += value * np.sin(turn)
+            a += value * turns[0, n]
+            b += value * turns[1, n]
             light += value - black
         z[j] = complex(a, b) * (2.0 / steps)
         variance[j] = (gain * max(light / steps, 0.0) + floor) * (2.0 / steps)
@@ -219,6 +226,19 @@ def _indirect(z: Complexes, variance: Floats, mean: float, dark: float) -> float
     return beyond
 
 
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _sweep(re: Floats32, im: Floats32, turn_re: Floats32, turn_im: Floats32, sums: Floats32) -> None:
+    """Sums of the phasors' real parts while each turns back by its own step; the vectors are used up."""
+    for i in range(len(sums)):
+        total = np.float32(0.0)
+        for j in range(len(re)):
+            total += re[j]
+            turned = re[j] * turn_re[j] + im[j] * turn_im[j]
+            im[j] = im[j] * turn_re[j] - re[j] * turn_im[j]
+            re[j] = turned
+        sums[i] = total
+
+
 @njit(cache=True, nogil=True)
 def _search(  # noqa: C901 (a kernel)
     z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, columns: int
@@ -228,11 +248,13 @@ def _search(  # noqa: C901 (a kernel)
     weight = 0.0
     for j in range(count):
         weight += 1.0 / variance[j]
-    sums = np.zeros(columns // 2 + 16 * len(nodes))
-    places = np.empty(len(sums))
+    sums = np.zeros(int(columns / _GRID_PX) + 4 * len(nodes), np.float32)
+    places = np.empty(len(sums), np.float32)
     n = 0
-    re, im = np.empty(count), np.empty(count)
-    turn_re, turn_im = np.empty(count), np.empty(count)
+    # single precision, and padded to whole vectors of the processor
+    padded = (count + 7) // 8 * 8
+    re, im = np.zeros(padded, np.float32), np.zeros(padded, np.float32)
+    turn_re, turn_im = np.ones(padded, np.float32), np.zeros(padded, np.float32)
     for s in range(len(nodes) - 1):
         u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
         if not u1 > u0:
@@ -246,17 +268,11 @@ def _search(  # noqa: C901 (a kernel)
             re[j] = (z[j].real * c + z[j].imag * d) / variance[j]
             im[j] = (z[j].imag * c - z[j].real * d) / variance[j]
             turn_re[j], turn_im[j] = np.cos(step), np.sin(step)
-        u = start
-        while u < stop and n < len(sums):
-            total = 0.0
-            for j in range(count):
-                total += re[j]
-                turned = re[j] * turn_re[j] + im[j] * turn_im[j]
-                im[j] = im[j] * turn_re[j] - re[j] * turn_im[j]
-                re[j] = turned
-            sums[n], places[n] = total, u
-            n += 1
-            u += _GRID_PX
+        steps = min(int((stop - start) / _GRID_PX) + 1, len(sums) - n) if stop > start else 0
+        _sweep(re, im, turn_re, turn_im, sums[n : n + steps])
+        for i in range(steps):
+            places[n + i] = start + i * _GRID_PX
+        n += steps
     best, second, at = 0.0, 0.0, -1
     for i in range(n):
         if sums[i] > best:

@@ -11,7 +11,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
 from burrscan.devices import CameraSheet
-from burrscan.scan.matched import Reading, phasors, sheet_of
+from burrscan.scan.matched import Reading, phasors, sheet_of, turns_of
 from burrscan.scan.stripes import Stripes
 
 
@@ -67,6 +67,7 @@ def _torn(
 ) -> Bools:
     height, width = u.shape
     found = np.zeros((height, width), np.bool_)
+    turns = turns_of(images.shape[0] // len(f))
     for r in prange(height):
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
@@ -84,7 +85,7 @@ def _torn(
                 if not apart > far * jump:
                     continue
                 if not known:
-                    phasors(images, r, c, sheet, z, variance)
+                    phasors(images, r, c, sheet, turns, z, variance)
                     known = True
                 share, sigma = _second(z, variance, f * u[r, c] + g * v[r, c], f * u[y, x] + g * v[y, x])
                 found[r, c] |= share * apart > most and share > 3.0 * sigma
