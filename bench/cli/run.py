@@ -20,6 +20,7 @@ records that an undisturbed run would have made."""
 _EXAMPLES = """\
   burrscan run quick
   burrscan run my/suite.toml --out runs/first --workers 2
+  burrscan run quick --case 'finish=turned,burr.height_mm=2,seed=1'
   burrscan run --resume               finish the run that was interrupted last"""
 
 
@@ -41,6 +42,7 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "--seed", metavar="S", type=int, help="another seed, another realisation (default: 0)"
     )
+    parser.add_argument("--case", metavar="PATTERN", help="only these cases, such as 'finish=turned,*'")
     parser.add_argument(
         "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
     )
@@ -91,7 +93,14 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
 
     begun = load_run(out_dir) if given.resume else None
     suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
-    usual = begun.seed if begun else 0
-    seed = usual if given.seed is None else given.seed
+    usual = (begun.seed, begun.manifest["only"]) if begun else (0, "*")
+    seed = usual[0] if given.seed is None else given.seed
     with shown(suite.name) as progress:
-        run_suite(suite, out_dir, workers=given.workers, seed=seed, progress=progress)
+        run_suite(
+            suite,
+            out_dir,
+            workers=given.workers,
+            seed=seed,
+            only=given.case or usual[1],
+            progress=progress,
+        )

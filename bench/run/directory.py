@@ -19,7 +19,7 @@ from burrscan.documents import read_json
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 
-_KEYS = {"suite", "suite_hash", "seed", "metrics", "cases", "sessions"}
+_KEYS = {"suite", "suite_hash", "seed", "only", "metrics", "cases", "sessions"}
 FORMAT = 1
 """Version of the run directory's layout."""
 
@@ -123,7 +123,7 @@ def write_manifest(directory: RunDirectory, manifest: Mapping[str, Any]) -> None
 
 
 def describe_run(
-    suite: Suite, cases: Sequence[Case], *, seed: int, metrics: Mapping[str, Any]
+    suite: Suite, cases: Sequence[Case], *, seed: int, only: str = "*", metrics: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The part of the manifest that says what is run; two runs of one seed agree in it."""
     listed = [
@@ -141,6 +141,7 @@ def describe_run(
         "suite": json.loads(json.dumps(document)),
         "suite_hash": content_hash(document),
         "seed": seed,
+        "only": only,
         "metrics": metrics,
         "cases": listed,
     }

@@ -19,7 +19,7 @@ from bench.run.records import Failure, Record, append
 from bench.run.tables import write_tables
 from bench.score.metrics import METRICS
 from bench.suites.case import Case
-from bench.suites.cases import expand
+from bench.suites.cases import chosen, expand
 from bench.suites.suite import Suite, Variant
 from burrscan.errors import InputError
 from burrscan.files import written_whole
@@ -59,6 +59,7 @@ def run_suite(
     *,
     workers: int | None = None,
     seed: int = 0,
+    only: str = "*",
     progress: Callable[[Progress], None] = lambda _: None,
     examine_case: Examine = examine,
 ) -> Path:
@@ -76,6 +77,8 @@ def run_suite(
         Processes; by default one per core. Records do not depend on it.
     seed
         Another seed makes another realisation of the whole suite.
+    only
+        Pattern of the cases to run, such as ``finish=turned,*``; records are those of the whole suite's run.
     progress
         Called when the run starts and after every case.
     examine_case
@@ -92,14 +95,15 @@ def run_suite(
         When ``out_dir`` holds something else, or another process works in it.
 
     """
-    cases = expand(suite, seed=seed)
+    cases = chosen(expand(suite, seed=seed), only)
     count = max(1, min(workers or usable_cores(), len(cases)))
     threads = max(1, usable_cores() // count)
     directory = RunDirectory(out_dir)
     _refuse_foreign(directory)
     sitting = session(workers=count, threads=threads, renderer=choose().variant)
+    asked = describe_run(suite, cases, seed=seed, only=only, metrics=_definitions())
     with directory.locked():
-        _open(directory, suite, cases, seed, sitting)
+        _open(directory, asked, sitting)
         remaining = _settle(directory, cases, len(suite.variant))
         task = partial(examine_case, Job(suite.variant, out_dir))
         crew = Crew(task, remaining, workers=count, threads=threads)
@@ -124,11 +128,8 @@ def _collect(
         progress(state)
 
 
-def _open(
-    directory: RunDirectory, suite: Suite, cases: Sequence[Case], seed: int, sitting: dict[str, Any]
-) -> None:
+def _open(directory: RunDirectory, asked: dict[str, Any], sitting: dict[str, Any]) -> None:
     """Write the manifest, or check that the one there asks for the same and add this sitting."""
-    asked = describe_run(suite, cases, seed=seed, metrics=_definitions())
     if not directory.manifest.exists():
         write_manifest(directory, {**asked, "sessions": [sitting]})
         return

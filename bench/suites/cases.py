@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import fnmatch
 import hashlib
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from bench.suites.identity import content_hash, stream
 from bench.suites.paths import override
 from bench.suites.suite import Suite, problems_of, refuse
 from burrscan.errors import InputError
+from burrscan.variants import suggest
 from scenes.scene import scene_from, scene_hash
 
 _LONGEST_ID = 160
@@ -45,6 +47,21 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
             problems |= dict.fromkeys(problems_of(error))  # many cases share them
     refuse(list(problems), "scene")
     return tuple(cases)
+
+
+def chosen(cases: Sequence[Case], pattern: str) -> tuple[Case, ...]:
+    """The cases whose id matches a pattern with ``*`` and ``?``, the case of letters included.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When none does.
+
+    """
+    found = tuple(case for case in cases if fnmatch.fnmatchcase(case.id, pattern))
+    if not found:
+        raise InputError(f"no case matches '{pattern}': {suggest(pattern, [case.id for case in cases])}")
+    return found
 
 
 def label(value: Any) -> str | float | int | bool:

@@ -128,6 +128,18 @@ def test_a_run_torn_apart_is_finished_with_the_same_records(
         unfinished(tmp_path, None)
 
 
+def test_one_case_alone_gives_the_record_it_gives_among_others(
+    fakes: ModuleType, whole: Path, tmp_path: Path
+) -> None:
+    run = load_run(
+        run_suite(small_suite(), tmp_path / "r", only="*=2,seed=1", workers=1, examine_case=fakes.good)
+    )
+    assert run.missing == 0
+    assert without_timings(run.records) == without_timings(load_run(whole).records[-2:])
+    with pytest.raises(InputError, match="no case matches"):
+        run_suite(small_suite(), tmp_path / "none", only="x", workers=1, examine_case=fakes.good)
+
+
 def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_path: Path) -> None:
     suite = small_suite(sweep={"burr.height_mm": [1.0]})
     run = load_run(run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one))
