@@ -234,7 +234,7 @@ def test_a_browser_shows_the_page_without_sideways_scrolling(
             f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},900", "--dump-dom",
             probe.as_uri(),
         ],
-        capture_output=True, text=True, check=True, timeout=60,
+        capture_output=True, text=True, check=True, timeout=180,
     )  # fmt: skip
     overflow = re.search(r"<title>overflow=(-?\d+)</title>", run.stdout)
     assert overflow
