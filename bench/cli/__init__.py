@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from importlib import metadata
 
-COMMANDS = ("doctor", "run", "report", "suites", "show", "render", "scan", "detect")
+COMMANDS = ("doctor", "run", "report", "suites", "show", "render", "scan", "calibrate", "detect")
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 
 _DESCRIPTION = """\

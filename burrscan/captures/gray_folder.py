@@ -15,10 +15,11 @@ import numpy as np
 
 from burrscan.arrays import Floats, Image, Ints, freeze
 from burrscan.captures.png import read_grey
-from burrscan.codes.gray import bits_for, decode
+from burrscan.codes.gray import bits_for, decode, encode_gray
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 from burrscan.errors import InputError
+from burrscan.scanner import Patterns
 
 _NUMBERED = re.compile(r"^(?P<stem>.*?)(?P<number>\d+)(?P<suffix>\.(png|bmp|tiff?|pgm))$", re.IGNORECASE)
 _DEPTHS = (8, 10, 12, 14, 16)
@@ -209,3 +210,18 @@ def _photon_transfer(mean: Floats, variance: Floats, freedom: int) -> tuple[floa
     y = np.array([np.median(variance[b]) for b in bins]) / (1.0 - 2.0 / (9.0 * freedom)) ** 3
     slope, intercept = np.polyfit(x, y, 1, w=1.0 / np.maximum(y, 1e-3))
     return max(float(slope), 1e-4), float(intercept)
+
+
+def plain_gray_patterns(*, width: int, height: int) -> Patterns:
+    """What a projector of ``width`` × ``height`` shows for a plain Gray-code capture, levels 0 and 255."""
+    shape = height, width
+    columns, _ = encode_gray(width=width, cell_px=1)
+    rows, _ = encode_gray(width=height, cell_px=1)
+    frames = [
+        *(np.broadcast_to(line, shape) for line in columns),
+        *(np.broadcast_to(line[:, None], shape) for line in rows),
+        np.ones(shape),
+        np.zeros(shape),
+    ]
+    levels = np.stack([(255.0 * frame).astype(np.uint8) for frame in frames])
+    return Patterns(levels, tuple(f"graycode_{i:02d}" for i in range(len(levels))))

@@ -1,0 +1,1 @@
+"""Calibration: the geometry of camera and projector from boards, their photometry from ramps."""

@@ -1,0 +1,166 @@
+"""Chessboards: what they are, and where the camera and the projector see their corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Image, freeze
+from burrscan.calibration.corners import refined
+from burrscan.correspondence import Correspondence
+from burrscan.errors import InputError
+
+_LEAST_PIXELS = 40
+_STEPS = 3
+_OUTLIER_Z = 4.0
+
+
+@dataclass(frozen=True)
+class Board:
+    """A flat chessboard.
+
+    Parameters
+    ----------
+    columns, rows
+        Inner corners, as OpenCV counts them: a board of 11 × 8 squares has 10 × 7.
+    square_mm
+        Side of a square. It sets the scale of the whole calibration: measure it over many squares.
+
+    """
+
+    columns: int
+    rows: int
+    square_mm: float
+
+    @property
+    def points_mm(self) -> Floats:
+        """(corners, 3) the corners in the board's frame, row by row; z = 0."""
+        y, x = np.mgrid[: self.rows, : self.columns]
+        return np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=-1) * self.square_mm
+
+
+@dataclass(frozen=True)
+class BoardView:
+    """One pose of a board as both devices see it.
+
+    Parameters
+    ----------
+    name
+        Of the capture.
+    camera_px
+        (corners, 2) in the camera's image.
+    projector_px
+        (corners, 2) in the projector's, NaN where too little decodes around a corner.
+
+    """
+
+    name: str
+    camera_px: Floats
+    projector_px: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, camera_px=self.camera_px, projector_px=self.projector_px)
+
+    @property
+    def known(self) -> Bools:
+        """(corners,) True where the projector's corner is known."""
+        return np.isfinite(self.projector_px).all(axis=-1)
+
+
+def board_view(name: str, white: Image, correspondence: Correspondence, board: Board) -> BoardView:
+    """Corners of a board in a capture: found in the white picture, carried over by the code.
+
+    Raises
+    ------
+    InputError
+        When the board is not found, or no corner can be carried over.
+
+    """
+    corners = find_corners(white, board)
+    if corners is None:
+        raise InputError(
+            f"{name}: no board of {board.columns}×{board.rows} inner corners in the white picture; count the "
+            "corners where four squares meet, and let the whole board be in sight and evenly lit"
+        )
+    view = BoardView(name, corners, projector_corners(corners, correspondence, board))
+    if not view.known.any():
+        raise InputError(f"{name}: the board is found, but no code decodes around its corners")
+    return view
+
+
+def find_corners(white: Image, board: Board) -> Floats | None:
+    """(corners, 2) corners of a board in a picture (h, w) DN, or None where it is not found whole.
+
+    Found by OpenCV's ``findChessboardCornersSB`` (Duda & Frese 2018), refined by
+    :func:`burrscan.calibration.corners.refined`.
+    """
+    bright = max(float(np.quantile(white, 0.999)), 1.0)
+    grey = np.clip(white * (255.0 / bright), 0.0, 255.0).astype(np.uint8)
+    flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+    found, corners = cv2.findChessboardCornersSB(grey, (board.columns, board.rows), flags=flags)
+    if not found:
+        return None
+    return refined(white, np.asarray(corners, dtype=float).reshape(-1, 2), rows=board.rows)
+
+
+def projector_corners(corners: Floats, correspondence: Correspondence, board: Board) -> Floats:
+    """Corners in the projector's image, by a homography around each (Moreno & Taubin 2012, section 4.3).
+
+    Parameters
+    ----------
+    corners
+        (corners, 2) in the camera's image.
+    correspondence
+        Columns and rows of the projector per camera pixel.
+    board
+        Its raster gives the size of the neighbourhoods: half the way to the nearest corners.
+
+    Returns
+    -------
+    (corners, 2), NaN where fewer than 40 pixels decode. O(pixels).
+
+    """
+    grid = corners.reshape(board.rows, board.columns, 2)
+    steps = [np.linalg.norm(np.diff(grid, axis=axis), axis=-1).ravel() for axis in (0, 1)]
+    reach = 0.5 * float(np.min(np.concatenate(steps)))
+    return np.stack([_carried(corner, correspondence, reach) for corner in corners])
+
+
+def _carried(corner: Floats, correspondence: Correspondence, reach: float) -> Floats:
+    height, width = correspondence.mask.shape
+    low = np.maximum(np.ceil(corner - reach), 0).astype(int)
+    high = np.minimum(np.floor(corner + reach) + 1, (width, height)).astype(int)
+    window = slice(low[1], high[1]), slice(low[0], high[0])
+    rows, columns = np.nonzero(correspondence.mask[window])
+    if len(rows) < _LEAST_PIXELS or correspondence.v_px is None:
+        return np.full(2, np.nan)
+    offset = np.stack([columns + low[0], rows + low[1]], axis=-1) - corner
+    seen = np.stack([correspondence.u_px[window], correspondence.v_px[window]], axis=-1)
+    return _homography_at_origin(offset / reach, seen[rows, columns].astype(float))
+
+
+def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:
+    """The image (2,) of the origin under the homography that best takes ``xy`` (n, 2) to ``uv`` (n, 2).
+
+    ``uv = (A xy + b) / (1 + c·xy)``: linear in (A, b, c) after multiplying out; dividing the equations by
+    the last denominator makes the residuals those of ``uv``. Pixels that decode wrongly drop out.
+    """
+    centre = uv.mean(axis=0)
+    d = uv - centre
+    ones, zeros = np.ones((len(xy), 1)), np.zeros((len(xy), 3))
+    affine = np.hstack([xy, ones])
+    for_u = np.hstack([affine, zeros, -xy * d[:, :1]])
+    for_v = np.hstack([zeros, affine, -xy * d[:, 1:]])
+    depth, keep = np.ones(len(xy)), np.ones(len(xy), bool)
+    h = np.zeros(8)
+    for _ in range(_STEPS):
+        w = (keep / depth)[:, None]
+        system = np.vstack([for_u * w, for_v * w])
+        h = np.linalg.lstsq(system, np.concatenate([d[:, 0] * w[:, 0], d[:, 1] * w[:, 0]]), rcond=None)[0]
+        depth = 1.0 + xy @ h[6:]
+        off = np.stack([affine @ h[:3], affine @ h[3:6]], axis=-1) / depth[:, None] - d
+        size = np.hypot(off[:, 0], off[:, 1])
+        keep = size <= _OUTLIER_Z * np.median(size) + 1e-9
+    return centre + h[[2, 5]]

@@ -1,0 +1,185 @@
+"""Camera and projector from captures of a board: closed forms to start, one adjustment of everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from burrscan.arrays import Floats, freeze
+from burrscan.calibration.adjust import Adjusted, Start, adjust, composed
+from burrscan.calibration.board import Board, BoardView
+from burrscan.errors import InputError
+from burrscan.rig import Rig, View
+
+FEWEST_VIEWS = 3
+_DEVICE = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+_STEREO = ("rx", "ry", "rz", "tx_mm", "ty_mm", "tz_mm")
+_FIXED = {
+    0: cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST,
+    2: cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST,
+    4: cv2.CALIB_FIX_K3,
+    5: 0,
+}
+"""How many distortion coefficients are sought, and what OpenCV calls the others."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A calibrated rig and how well it is known.
+
+    Parameters
+    ----------
+    rig
+        The calibration.
+    names
+        Of the parameters of ``covariance``, such as ``camera.fx``: pixels; ``stereo.r…`` in radians,
+        ``stereo.t…_mm``.
+    values, covariance
+        (p,) and (p, p). The board's own error (flatness, the side of a square) is not in it.
+    views
+        Names of the captures.
+    rms_px
+        (views, 2) RMS distance between corner and computed corner in camera and projector.
+    corners
+        (views,) corners used in both devices.
+    sigma_px
+        Standard deviation of a corner's coordinate in camera and projector.
+    refused
+        Corners set aside as outliers.
+
+    """
+
+    rig: Rig
+    names: tuple[str, ...]
+    values: Floats
+    covariance: Floats
+    views: tuple[str, ...]
+    rms_px: Floats
+    corners: tuple[int, ...]
+    sigma_px: tuple[float, float]
+    refused: int
+
+    def __post_init__(self) -> None:
+        freeze(self, values=self.values, covariance=self.covariance, rms_px=self.rms_px)
+
+    @property
+    def sigma(self) -> Floats:
+        """(p,) standard deviations of the parameters."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+
+def calibrate(
+    views: list[BoardView],
+    board: Board,
+    *,
+    camera: tuple[int, int],
+    projector: tuple[int, int],
+    distortion: int = 4,
+) -> Calibration:
+    """Calibrate a rig from views of a board.
+
+    Parameters
+    ----------
+    views
+        At least three poses, tilted by 20 to 45 degrees against each other (Zhang 2000), all over the field.
+    board
+        What the views show.
+    camera, projector
+        Width and height of both rasters.
+    distortion
+        How many of k1, k2, p1, p2, k3 are sought in each device: 0, 2, 4 or 5; the rest are zero. The sixth
+        power of a normal lens is below the noise, and seeking it spoils the corners of the field.
+
+    Raises
+    ------
+    InputError
+        For too few views, and for poses that leave the focal lengths open.
+
+    """
+    if distortion not in _FIXED:
+        raise InputError(f"distortion of {distortion} coefficients: known are {', '.join(map(str, _FIXED))}")
+    if len(views) < FEWEST_VIEWS:
+        raise InputError(
+            f"{len(views)} view(s) of the board: at least {FEWEST_VIEWS} at different tilts are needed"
+        )
+    start = _start(views, board, camera, projector, distortion)
+    found = adjust(views, board, start)
+    names = tuple(
+        f"{device}.{name}" for device in ("camera", "projector") for name in _DEVICE[: 4 + distortion]
+    ) + tuple(f"stereo.{name}" for name in _STEREO)
+    calibration = Calibration(
+        rig=_rig(found, camera, projector),
+        names=names,
+        values=np.concatenate([found.camera, found.projector, found.stereo]),
+        covariance=found.covariance,
+        views=tuple(view.name for view in views),
+        rms_px=np.sqrt(np.nanmean((found.residuals_px**2).sum(axis=-1), axis=-1)),
+        corners=tuple(int(n) for n in np.isfinite(found.residuals_px[:, :, :, 0]).all(axis=1).sum(axis=-1)),
+        sigma_px=found.sigma_px,
+        refused=found.refused,
+    )
+    _refuse_open(calibration)
+    return calibration
+
+
+def _start(
+    views: list[BoardView], board: Board, camera: tuple[int, int], projector: tuple[int, int], distortion: int
+) -> Start:
+    points = board.points_mm.astype(np.float32)
+    everywhere = np.ones(len(points), bool)
+    c, boards = _device([(points, v.camera_px, everywhere) for v in views], camera, distortion)
+    p, lit = _device([(points, v.projector_px, v.known) for v in views], projector, distortion)
+    return Start(c, p, _between(boards, lit), boards)
+
+
+def _device(
+    seen: list[tuple[Any, Floats, Any]], size: tuple[int, int], distortion: int
+) -> tuple[Floats, Floats]:
+    """One device by itself (Zhang 2000): its parameters, and the board's pose (6,) in each view."""
+    points = [np.ascontiguousarray(p[known]) for p, _, known in seen]
+    pixels = [np.ascontiguousarray(px[known], dtype=np.float32) for _, px, known in seen]
+    flags = _FIXED[distortion]
+    try:
+        _, matrix, k, r, t = cv2.calibrateCamera(points, pixels, size, None, None, flags=flags)
+    except cv2.error as error:
+        raise InputError(
+            f"the views do not determine a device (OpenCV: {error.err}); are the boards tilted differently, "
+            "and do at least four corners decode in each?"
+        ) from error
+    device = np.array([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *np.ravel(k)[:distortion]])
+    return device, np.hstack([np.reshape(r, (-1, 3)), np.reshape(t, (-1, 3))])
+
+
+def _between(camera: Floats, projector: Floats) -> Floats:
+    """The median of the motions (6,) from camera to projector that the views' two board poses give."""
+    motions = []
+    for c, p in zip(camera, projector, strict=True):
+        back = -cv2.Rodrigues(c[:3])[0].T @ c[3:]
+        motions.append(composed(np.concatenate([-c[:3], back]), p)[0])
+    return np.asarray(np.median(motions, axis=0))
+
+
+def _rig(found: Adjusted, camera: tuple[int, int], projector: tuple[int, int]) -> Rig:
+    pose = np.eye(4)
+    pose[:3, :3] = cv2.Rodrigues(np.ascontiguousarray(found.stereo[:3]))[0]
+    pose[:3, 3] = found.stereo[3:]
+    return Rig(_view(found.camera, camera), _view(found.projector, projector), pose)
+
+
+def _view(device: Floats, size: tuple[int, int]) -> View:
+    fx, fy, cx, cy, *given = (float(value) for value in device)
+    k1, k2, p1, p2, k3 = (*given, 0.0, 0.0, 0.0, 0.0, 0.0)[:5]
+    return View(size[0], size[1], fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+
+
+def _refuse_open(calibration: Calibration) -> None:
+    share = calibration.sigma / np.maximum(np.abs(calibration.values), 1e-12)
+    for name, part in zip(calibration.names, share, strict=True):
+        if name.endswith((".fx", ".fy")) and not part < 0.2:
+            raise InputError(
+                f"{name} is known to {100.0 * part:.0f} % only: add views with the board tilted by 20 to 45 "
+                "degrees, about different axes"
+            )
