@@ -16,7 +16,7 @@ PLANES = 20
 LARGEST_LEAN = 0.02
 """Lean of the line of centres, rad: what a few short arcs can be wrong by."""
 LEAST_MARGIN = 1.2
-LARGEST_WAVE = 3.0
+LARGEST_WAVE = 1.0
 
 
 def axis_checks(
@@ -93,11 +93,11 @@ def _margin(vertices: Floats, axis: Axis) -> Check:
     place = cloud.rotation.T @ (axis.point_mm - cloud.mean_mm) / cloud.scale_mm
     own = _cost(surfels, direction, place)
     candidates, _ = candidate_axes(surfels)
-    others = [cost for a, _, cost in candidates if abs(a @ direction) < np.cos(np.radians(5.0))]
+    others = [cost for a, _, cost in candidates if abs(a @ direction) < np.cos(np.radians(3.0))]
     ratio = min(others) / max(own, 1e-12) if others else np.inf
     return Check(
         "landscape_margin", bool(ratio > LEAST_MARGIN), float(min(ratio, 1e6)), LEAST_MARGIN, "",
-        "cost of the next best axis, more than 5 degrees away, over the cost of this one",
+        "cost of the next best axis, more than 3 degrees away, over the cost of this one",
     )  # fmt: skip
 
 

@@ -54,7 +54,7 @@ def find_axis_profile(
     cloud = canonical_cloud(vertices_mm, sigma_mm)
     pitch = 0.0
     if faces is not None and len(faces):
-        points = smoothed(cloud.points, faces, rounds=smoothing)
+        points = smoothed(cloud.points, cloud.weights, faces, rounds=smoothing)
         pitch = float(np.sqrt(median_square_edge(points, faces)))
     else:
         points = smoothed_cloud(cloud.points, rounds=smoothing)

@@ -37,7 +37,9 @@ def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no co
 
 
 @kernel
-def _round(points: Floats, faces: Ints32, limit: float, out: Floats) -> None:  # pragma: no cover
+def _round(
+    points: Floats, weights: Floats, faces: Ints32, limit: float, out: Floats
+) -> None:  # pragma: no cover
     """One round: each vertex to the mean of the middles of its faces; faces with a long edge do not count."""
     count = np.zeros(points.shape[0])
     out[:] = 0.0
@@ -50,12 +52,15 @@ def _round(points: Floats, faces: Ints32, limit: float, out: Floats) -> None:  #
         bc = (bx - cx) ** 2 + (by - cy) ** 2 + (bz - cz) ** 2
         ca = (cx - ax) ** 2 + (cy - ay) ** 2 + (cz - az) ** 2
         if max(ab, bc, ca) < limit:
-            x, y, z = ax + bx + cx, ay + by + cy, az + bz + cz
-            for v in (a, b, c):
-                out[v, 0] += x
-                out[v, 1] += y
-                out[v, 2] += z
-                count[v] += 3.0
+            u, v, w = 1.0, 1.0, 1.0
+            if weights.shape[0] > 0:
+                u, v, w = weights[a], weights[b], weights[c]
+            x, y, z = u * ax + v * bx + w * cx, u * ay + v * by + w * cy, u * az + v * bz + w * cz
+            for e in (a, b, c):
+                out[e, 0] += x
+                out[e, 1] += y
+                out[e, 2] += z
+                count[e] += u + v + w
     for i in range(points.shape[0]):
         if count[i] > 0.0:
             share = 1.0 / count[i]
@@ -66,12 +71,12 @@ def _round(points: Floats, faces: Ints32, limit: float, out: Floats) -> None:  #
                 out[i, e] = points[i, e]
 
 
-def smoothed(points: Floats, faces: Ints32, *, rounds: int) -> Floats:
-    """Average each vertex over its faces, ``rounds`` times. O(rounds · T)."""
+def smoothed(points: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> Floats:
+    """Average each vertex over its faces, by weight if there are any, ``rounds`` times. O(rounds · T)."""
     limit = EDGE_LIMIT**2 * median_square_edge(points, faces)
     for _ in range(rounds):
         out = np.empty_like(points)
-        _round(points, faces, limit, out)
+        _round(points, weights, faces, limit, out)
         points = out
     return points
 
