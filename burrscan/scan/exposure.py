@@ -136,12 +136,19 @@ def best_exposure_ms(
 
     Ties go to the longer exposure. O(candidates · pixels seen).
     """
-    seen = response.white_e_per_ms * camera.exposure_range_ms[1] > camera.read_noise_e
-    white = response.white_e_per_ms[seen & ~response.clipped].astype(float)
-    black = np.clip(response.black_e_per_ms[seen & ~response.clipped], 0.0, white)
     exposures = np.geomspace(*camera.exposure_range_ms, candidates)
     counts = [
-        int(_usable(white * t, black * t, camera, period_px, steps, max_sigma_px).sum()) for t in exposures
+        int(
+            usable_at(
+                response,
+                float(t),
+                camera=camera,
+                period_px=period_px,
+                steps=steps,
+                max_sigma_px=max_sigma_px,
+            ).sum()
+        )
+        for t in exposures
     ]
     return float(exposures[candidates - 1 - int(np.argmax(counts[::-1]))])
 
@@ -154,3 +161,19 @@ def _usable(
     roof = camera.full_well_e - 3.0 * np.sqrt(camera.full_well_e)
     usable: Bools = (sigma <= max_sigma_px) & (white_e < roof)
     return usable
+
+
+def usable_at(
+    response: Response,
+    exposure_ms: float,
+    *,
+    camera: CameraSheet,
+    period_px: float = 16.0,
+    steps: int = 8,
+    max_sigma_px: float = 0.5,
+) -> Bools:
+    """Pixels that full-range sines at one exposure measure to ``max_sigma_px`` without clipping, flat."""
+    seen = response.white_e_per_ms * camera.exposure_range_ms[1] > camera.read_noise_e
+    white = response.white_e_per_ms[seen & ~response.clipped].astype(float) * exposure_ms
+    black = np.clip(response.black_e_per_ms[seen & ~response.clipped] * exposure_ms, 0.0, white)
+    return _usable(white, black, camera, period_px, steps, max_sigma_px)

@@ -64,13 +64,21 @@ class Reading:
     off_line_px: Floats32
     clipped: Bools
 
-    def blanked(self, *, max_sigma_px: float, least_lead: float = 14.0, off_line_px: float = 1.5) -> Reading:
-        """The same with NaN where the column is coarse or ambiguous, or the row off the epipolar line.
+    def blanked(
+        self,
+        *,
+        max_sigma_px: float,
+        least_lead: float = 14.0,
+        most_lost: float = 2.5,
+        off_line_px: float = 1.5,
+    ) -> Reading:
+        """The same with NaN where the column is coarse, ambiguous or drowned, or the row off its epipolar line.
 
         A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more.
         """
         with np.errstate(invalid="ignore"):
             fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= least_lead)
+            fine &= self.lost <= most_lost
             fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
         return self.without(np.asarray(~fine))
 
