@@ -299,12 +299,11 @@ def _descend(
     return p, chi2, normal
 
 
-def _at_width(patch: Patch, ridge: Ridge, half: float, spacing: float) -> Ridge:
+def _at_width(patch: Patch, ridge: Ridge, half: float) -> Ridge:
     """The best ridge of a given half-width."""
     start = ridge.parameters.copy()
     start[0], start[3] = start[0] * start[3] / half, half
-    extent = (ridge.start_mm, ridge.end_mm)
-    return _fitted(patch, start, ridge.power, _HELD, extent, spacing)
+    return _fitted(patch, start, ridge.power, _HELD, (ridge.start_mm, ridge.end_mm), half)
 
 
 @njit(cache=True, nogil=True)
@@ -320,13 +319,26 @@ def _over_widths(  # noqa: PLR0917 (a kernel)
     return chi2, every
 
 
-def _determined(patch: Patch, ridge: Ridge, spacing: float) -> bool:
+def _determined(patch: Patch, ridge: Ridge) -> bool:
     """Whether the data refuse a burr narrower or wider by a fifth."""
-    if ridge.parameters[3] > _WELL_SAMPLED * spacing:
-        return True
     limit = ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
     half = float(ridge.parameters[3])
-    return all(_at_width(patch, ridge, share * half, spacing).chi2 > limit for share in (0.8, 1.25))
+    return all(_at_width(patch, ridge, share * half).chi2 > limit for share in (0.8, 1.25))
+
+
+def _with_width_sigma(patch: Patch, ridge: Ridge) -> Ridge:
+    """The covariance from finite differences over the width.
+
+    Where the base ends at a vertex the derivative jumps, and the normal matrix says anything.
+    """
+    half = float(ridge.parameters[3])
+    step = 0.05 * half
+    narrow, held, wide = (_at_width(patch, ridge, half + i * step) for i in (-1, 0, 1))
+    rise = max(0.5 * (narrow.chi2 + wide.chi2) - held.chi2, 1e-9) / max(1.0, ridge.misfit)
+    slope = (wide.parameters - narrow.parameters) / (2.0 * step)
+    covariance = ridge.covariance.copy()
+    covariance[:4, :4] = (held.covariance + np.outer(slope, slope) * step**2 / rise)[:4, :4]
+    return replace(ridge, covariance=covariance)
 
 
 def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
@@ -337,17 +349,22 @@ def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     height, place and width (which leaves a factor of the width once the first two are integrated out), and a
     burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
     """
-    if _determined(patch, ridge, spacing):
+    half = float(ridge.parameters[3])
+    if half > _WELL_SAMPLED * spacing:
         return ridge
-    start = ridge.parameters
-    halves = np.arange(0.4, max(2.0, 2.0 * float(start[3]) / spacing), 0.1) * spacing
+    halves = np.arange(0.4, max(2.0, 2.0 * half / spacing), 0.1) * spacing
     chi2, every = _over_widths(
-        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, start, ridge.power, _HELD, halves
+        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, ridge.power, _HELD, halves
     )
+    extent = (ridge.start_mm, ridge.end_mm)
+    other = _fitted(patch, every[int(np.argmin(chi2))], ridge.power, _SYMMETRIC, extent, spacing)
+    ridge = other if other.chi2 < ridge.chi2 else ridge
+    if _determined(patch, ridge):
+        return _with_width_sigma(patch, ridge)
     aspect = np.log((every[:, 0] / (2.0 * halves)).clip(1e-6))
     weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
     weight /= weight.sum()
-    middle = _at_width(patch, ridge, float(weight @ halves), spacing)
+    middle = _at_width(patch, ridge, float(weight @ halves))
     off = every - middle.parameters
     return replace(middle, covariance=middle.covariance + off.T @ (weight[:, None] * off))
 

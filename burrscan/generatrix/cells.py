@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.errors import InputError
 from burrscan.generatrix.profile import Profile
 
 ARC_BINS = 64
@@ -19,6 +20,7 @@ _ANOMALY = 0.05
 """Burrs and nicks are looked for within this share of the largest radius."""
 _TAIL = 0.25
 """A cell with less data than this share of a neighbour's is the tail of the noise."""
+_SPARSE = 0.02
 _LEAST_COVERAGE = 0.12
 """Share of the arc, relative to the best covered cell, that a surface of revolution must cover."""
 _ROWS = 8.0
@@ -119,6 +121,8 @@ def arc_of(angle: Floats) -> tuple[float, float]:
 def scale_of(profile: Profile) -> Scale:
     """Measure the extent, the noise and the spacing of the data. O(V)."""
     low, high = np.array([_limits(profile.z_mm), _limits(profile.r_mm)]).T
+    if not (high > low).any():
+        raise InputError("no generatrix: the vertices coincide along the axis and in their distance from it")
     diagonal, thinnest = float(np.hypot(*(high - low))), float((high - low).min())
     low, high = low - 0.02 * diagonal - 1e-12, high + 0.02 * diagonal + 1e-12
     arc = arc_of(profile.angle)
@@ -154,15 +158,29 @@ def _limits(values: Floats) -> tuple[float, float]:
 
 
 def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[float, int]:
-    """Median over cells of the smaller standard deviation of their points; and the number of cells."""
+    """Smaller standard deviation of the points of a cell (lower third over cells); and the number of cells."""
     size = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
     moments = _moments(z, r, low, size, side)
-    count, a, b, zz, rr, zr = moments[moments[:, 0] >= max(8.0, 0.1 * moments[:, 0].mean())].T
+    # Outliers are spread over many cells, each with few of them.
+    least = max(8.0, 0.25 * float(moments[:, 0].mean())) if len(moments) else 8.0
+    count, a, b, zz, rr, zr = moments[moments[:, 0] >= least].T
     if not len(count):
         return 0.0, 1
     zz, rr, zr = zz / count - (a / count) ** 2, rr / count - (b / count) ** 2, zr / count - a * b / count**2
     least = (zz + rr) / 2.0 - np.sqrt(((zz - rr) / 2.0) ** 2 + zr**2)
-    return float(np.sqrt(max(np.median(least), 0.0))), len(count)
+    return float(np.sqrt(max(np.quantile(least, 0.3), 0.0))), len(count)
+
+
+def _sparse(count: Floats) -> float:
+    """Number of data below which a cell holds outliers only.
+
+    A small share of a cell that holds a typical point, but no more than a quarter of the mean cell: drawn parts
+    have most of their vertices in few places.
+    """
+    order = np.sort(count)
+    total = np.cumsum(order)
+    typical = order[np.searchsorted(total, 0.5 * total[-1])]
+    return float(min(_SPARSE * typical, 0.25 * count.mean()))
 
 
 @njit(cache=True, nogil=True)
@@ -196,6 +214,7 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     """Only the cells that belong to the surface of revolution. O(cells)."""
     reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
     keep = _ridge(cells.place, cells.index, cells.count)
+    keep &= cells.count >= _sparse(cells.count)
     keep &= _covered(cells.place, cells.index, cells.coverage, cells.mask, reach)
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)

@@ -45,7 +45,7 @@ def _corners(piece: Floats) -> dict[int, Floats]:
     gap = centre_b - centre_a
     with np.errstate(divide="ignore", invalid="ignore"):
         reach_a = (gap[:, 0] * tangent_b[:, 1] - gap[:, 1] * tangent_b[:, 0]) / cross
-    meeting = centre_a + reach_a[:, None] * tangent_a
+        meeting = centre_a + reach_a[:, None] * tangent_a
     offset = np.linalg.norm(meeting - piece[middle], axis=1)
     good = (
         (turn > _LEAST_TURN) & (np.maximum(bend_a, bend_b) < _STRAIGHT * spacing) & (offset < 1.2 * spacing)

@@ -7,7 +7,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
-from burrscan.generatrix.cells import Cells, cells_of, scale_of, trusted
+from burrscan.generatrix.cells import Cells, Scale, cells_of, scale_of, trusted
 from burrscan.generatrix.creases import sharpened
 from burrscan.generatrix.ends import extended, trimmed
 from burrscan.generatrix.outside import oriented
@@ -23,6 +23,8 @@ _MEDIAN_STEPS = 5
 _TUKEY_STEPS = 2
 _SUBCELLS = 4
 """Small cells per cell, which stand for the data in the first steps."""
+_MOST_DATA = 0.75
+"""Share of the vertices that chains of their cells hold, unless the mesh is a drawing with long edges."""
 REACH = 0.05
 """Deviations are looked for within this share of the largest radius."""
 
@@ -64,8 +66,7 @@ def fit_generatrix(
     profile = profile_of(vertices_mm, axis)
     scale = scale_of(profile)
     side = scale.cell_mm
-    data = along_long_edges(profile, faces, step_mm=1.5 * side)
-    pieces = trace(trusted(cells_of(data, scale, side_mm=side), scale, side_mm=side), side_mm=side)
+    data, pieces = _traced(profile, faces, scale)
     if not pieces:
         raise InputError(
             "no generatrix: the data do not gather along a curve about this axis; is the part a surface of "
@@ -75,6 +76,26 @@ def fit_generatrix(
     transform = T_part_mesh(axis.point_mm, axis.direction)
     turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
     return _exact(join(turned), data, side, scale.arc, _stated(sigma_mm))
+
+
+def _traced(profile: Profile, faces: Ints32, scale: Scale) -> tuple[Profile, list[Floats]]:
+    """Chains of cells, and the data they were found in: the vertices, or where they are few the edges too."""
+    side = scale.cell_mm
+    cells = cells_of(profile, scale, side_mm=side)
+    pieces = trace(trusted(cells, scale, side_mm=side), side_mm=side)
+    if not len(faces) or _share(pieces, cells, side) > _MOST_DATA:
+        return profile, pieces
+    data = along_long_edges(profile, faces, step_mm=1.5 * side)
+    cells = cells_of(data, scale, side_mm=side)
+    return data, trace(trusted(cells, scale, side_mm=side), side_mm=side)
+
+
+def _share(pieces: list[Floats], cells: Cells, side: float) -> float:
+    """Share of the data that lies along the pieces."""
+    if not pieces:
+        return 0.0
+    near = _cell_feet(join(pieces), cells, side).valid
+    return float(cells.count[near].sum() / cells.count.sum())
 
 
 def _stated(sigma_mm: Floats | float | None) -> float:

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import burrscan
+from burrscan.documents import build
+from burrscan.errors import InputError
+from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function
+from tests.burrscan.instrument import Instrument, small_rig
+from tests.revolution import revolution_scan
+
+
+def test_tables_become_a_pipeline() -> None:
+    document = {"axis": {"method": "seed", "parameters": {"planes": 20}}, "scan": {"method": "fixed"}}
+    pipeline = build(Pipeline, document, source="suite.toml")
+    assert pipeline.axis == Stage("seed", {"planes": 20})
+    assert pipeline.burrs == Stage("residual")
+    check(pipeline)
+
+
+def test_unknown_keys_are_refused() -> None:
+    with pytest.raises(InputError, match="did you mean 'burrs'"):
+        build(Pipeline, {"burr": {"method": "seed"}}, source="suite.toml")
+
+
+@pytest.mark.parametrize("kind", ["scan", "axis", "generatrix", "burrs"])
+def test_every_stage_refuses_what_it_does_not_know(kind: str) -> None:
+    with pytest.raises(InputError, match=f"unknown {kind} method"):
+        check(Pipeline(**{kind: Stage("nothing")}))
+    default: Stage = getattr(Pipeline(), kind)
+    with pytest.raises(InputError, match="unknown parameter 'nonsense'"):
+        stage_function(Stage(default.method, {"nonsense": 1}), kind)
+
+
+def test_a_run_from_pictures_to_inspection() -> None:
+    outcome = run(Instrument(small_rig(width=200)), Pipeline(scan=Stage("fixed")))
+    assert len(outcome.surface.vertices_mm) == len(outcome.inspection.deviation_mm)
+    assert abs(outcome.inspection.axis.direction[1]) > np.cos(np.radians(2.0))
+    assert list(outcome.inspection.timings_s)[:2] == ["scan", "surface"]
+    again = burrscan.inspect(Instrument(small_rig(width=200)), pipeline=Pipeline(scan=Stage("fixed")))
+    assert np.array_equal(again.axis.direction, outcome.inspection.axis.direction)
+
+
+def test_the_same_mesh_gives_the_same_bits() -> None:
+    scan = revolution_scan(sigma_mm=0.05, seed=1, shape=(200, 100))
+    first, second = (inspect_surface(scan.vertices_mm, scan.faces, Pipeline()) for _ in range(2))
+    assert np.array_equal(first.deviation_mm, second.deviation_mm, equal_nan=True)
+    assert np.array_equal(first.generatrix.r_mm, second.generatrix.r_mm, equal_nan=True)
