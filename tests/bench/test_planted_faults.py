@@ -1,4 +1,4 @@
-"""A fault planted in each stage of a real run shows up in the metric that should see it, and is absent before."""
+"""A fault planted in each stage of a real run shows up in the metric that should see it."""
 
 from dataclasses import replace
 from typing import Any
