@@ -87,6 +87,9 @@ def _metric_problems(suite: Suite) -> Iterator[str]:
     for name in suite.metrics:
         if name not in METRICS:
             yield f"metrics: unknown '{name}': {suggest(name, list(METRICS))}"
+    for gate in suite.gate:
+        if gate.metric not in {"failures", *METRICS}:
+            yield f"gate: unknown metric '{gate.metric}': {suggest(gate.metric, ['failures', *METRICS])}"
 
 
 def _listed(where: str, attempt: Callable[[], object]) -> Iterator[str]:

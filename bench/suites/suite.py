@@ -38,6 +38,26 @@ class Variant:
 
 
 @dataclass(frozen=True)
+class Gate:
+    """A metric that decides whether a new run may pass.
+
+    Parameters
+    ----------
+    metric
+        Its name, or ``failures``.
+    margin
+        Differences up to this do not matter, in the metric's unit; the usual margin where none is given
+        (:mod:`bench.compare.margins`).
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    metric: str
+    margin: Annotated[float, Field(ge=0.0)] | None = None
+
+
+@dataclass(frozen=True)
 class Suite:
     """What a run measures: scene points × seeds, each seen by every variant.
 
@@ -58,6 +78,8 @@ class Suite:
         Dotted path in the scene to the bounds of a uniform draw from the case's own random stream.
     metrics
         Names for the score table; empty for the usual ones. Every metric is recorded in any case.
+    gate
+        What ``burrscan compare`` judges by; empty for the usual metrics and margins.
 
     """
 
@@ -72,6 +94,7 @@ class Suite:
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
     jitter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     metrics: tuple[str, ...] = ()
+    gate: tuple[Gate, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""
@@ -91,6 +114,7 @@ def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
     """
     suite = build(Suite, _arranged(document), source=source)
     problems = [*_twice("variant", [v.name for v in suite.variant]), *_twice("seed", list(suite.seeds))]
+    problems += _twice("gate", [gate.metric for gate in suite.gate])
     problems += [
         f"jitter.{path}: the lower bound {low:g} is above the upper one {high:g}"
         for path, (low, high) in suite.jitter.items()

@@ -1,0 +1,9 @@
+"""A/B comparison of two runs, or of two variants of one run, case by case.
+
+:func:`compare_runs` makes a :class:`Comparison`; README.md here says how, and what it was measured to be worth.
+"""
+
+from bench.compare.comparison import compare_runs
+from bench.compare.result import ArmComparison, CaseChange, Comparison, FoundOrMissed, Row, Verdict
+
+__all__ = ["ArmComparison", "CaseChange", "Comparison", "FoundOrMissed", "Row", "Verdict", "compare_runs"]

@@ -1,0 +1,190 @@
+"""Comparing two runs, or two variants of one run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bench.compare.cases import case_changes, failed_cases
+from bench.compare.holm import holm
+from bench.compare.margins import FAILURES, gates_of, margin_of
+from bench.compare.mcnemar import mcnemar_exact
+from bench.compare.pairs import Arm, Pairing, arm_of, pair
+from bench.compare.result import ArmComparison, Comparison, FoundOrMissed, Row
+from bench.compare.rows import FOUND, burr_row, failure_row, metric_row, refused_row
+from bench.compare.values import burr_outcomes
+from bench.compare.verdict import decide
+from bench.run.directory import Run
+from bench.score.metrics import HEADLINE, METRICS
+from burrscan.errors import InputError
+
+
+def compare_runs(
+    base: Run,
+    new: Run,
+    *,
+    variants: tuple[str, str] | None = None,
+    margins: Mapping[str, float] | None = None,
+) -> Comparison:
+    """Compare two runs; with the same run twice and ``variants``, two variants of one.
+
+    Parameters
+    ----------
+    base, new
+        The runs. Gates and metrics are those of the new run's suite.
+    variants
+        A variant of ``base`` and one of ``new``; without it, every variant that both runs have against itself.
+    margins
+        Metric to equivalence margin, over those of the suite.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When there is nothing to compare: no variant or case in common.
+
+    """
+    overrides = dict(margins or {})
+    gates = gates_of(new.suite, overrides)
+    names = _metric_names(new, gates)
+    widths = {name: gates.get(name, margin_of(name, override=overrides.get(name))) for name in names}
+    chosen = [variants] if variants else [(name, name) for name in _common_variants(base, new)]
+    arms = [
+        _compare_arms(*_arms(base, new, pair_of_names), widths=widths, gated=frozenset(gates))
+        for pair_of_names in chosen
+    ]
+    labels = _labels(base, new, variants)
+    return Comparison(*labels, _corrected(arms), _provenance(base, new))
+
+
+def _metric_names(run: Run, gates: Mapping[str, float]) -> tuple[str, ...]:
+    """Rows: failures, then gated metrics and those the suite shows, in the order of the metric table."""
+    wanted = {*gates, *(run.suite.metrics or HEADLINE)}
+    return (FAILURES, *(name for name in METRICS if name in wanted))
+
+
+def _common_variants(base: Run, new: Run) -> list[str]:
+    theirs = {variant.name for variant in new.suite.variant}
+    common = [variant.name for variant in base.suite.variant if variant.name in theirs]
+    if not common:
+        raise InputError(
+            f"{base.directory.path} and {new.directory.path} have no variant in common; "
+            "name one of each: --variants A B"
+        )
+    return common
+
+
+def _labels(base: Run, new: Run, variants: tuple[str, str] | None) -> tuple[str, str]:
+    if variants and base.directory.path == new.directory.path:
+        return variants
+    return base.directory.path.name, new.directory.path.name
+
+
+def _arms(base: Run, new: Run, names: tuple[str, str]) -> tuple[Arm, Arm]:
+    one_run = base.directory.path == new.directory.path
+    labels = names if one_run else (f"{names[0]} (base)", f"{names[1]} (new)")
+    return arm_of(base, names[0], labels[0]), arm_of(new, names[1], labels[1])
+
+
+def _compare_arms(
+    base: Arm, new: Arm, *, widths: Mapping[str, float], gated: frozenset[str]
+) -> ArmComparison:
+    pairing = pair(base, new)
+    rows = [
+        _row(name, base, new, pairing, margin=margin, gated=name in gated) for name, margin in widths.items()
+    ]
+    only = (frozenset(gated) & widths.keys()) - {FAILURES}
+    return ArmComparison(
+        base=base.label,
+        new=new.label,
+        base_variant=base.variant,
+        new_variant=new.variant,
+        rows=tuple(rows),
+        burrs=_found_or_missed(pairing),
+        newly_failed=failed_cases(pairing, base_failed=False, new_failed=True),
+        newly_fixed=failed_cases(pairing, base_failed=True, new_failed=False),
+        still_failing=failed_cases(pairing, base_failed=True, new_failed=True),
+        changed=pairing.changed,
+        only_base=pairing.only_base,
+        only_new=pairing.only_new,
+        cases=case_changes(pairing, {name: widths[name] for name in widths if name in only}),
+        same_noise=pairing.same_noise,
+    )
+
+
+def _row(name: str, base: Arm, new: Arm, pairing: Pairing, *, margin: float, gated: bool) -> Row:
+    if name == FAILURES:
+        return failure_row(pairing, margin=margin, gated=gated)
+    why = _not_comparable(name, base, new) or ("" if pairing.base else "every scene differs")
+    if why:
+        return refused_row(name, why, margin=margin, gated=gated)
+    make = burr_row if name == FOUND else metric_row
+    return make(pairing, name, margin=margin, gated=gated)
+
+
+def _not_comparable(name: str, base: Arm, new: Arm) -> str:
+    """Why two runs' numbers of a metric cannot be compared, or nothing."""
+    ours, theirs = base.metrics.get(name), new.metrics.get(name)
+    if ours is None or theirs is None:
+        return "one run lacks it"
+    for key in ("version", "unit", "better"):
+        if ours[key] != theirs[key]:
+            return f"{key} {ours[key]} against {theirs[key]}"
+    return ""
+
+
+def _found_or_missed(pairing: Pairing) -> FoundOrMissed:
+    base, new = burr_outcomes(pairing)
+    lost, gained = int((base & ~new).sum()), int((~base & new).sum())
+    return FoundOrMissed(
+        both=int((base & new).sum()),
+        lost=lost,
+        gained=gained,
+        neither=int((~base & ~new).sum()),
+        p=mcnemar_exact(lost, gained),
+    )
+
+
+def _corrected(arms: Sequence[ArmComparison]) -> tuple[ArmComparison, ...]:
+    """Holm's correction over the gated metrics of all arms together, and the verdicts it leads to.
+
+    Rows whose verdict is settled already, by a fact or because they cannot be compared, are no tests.
+    """
+    tests = [row for arm in arms for row in arm.rows if row.gated and _is_test(row)]
+    adjusted = iter(holm(np.array([row.p for row in tests])).tolist())
+    return tuple(replace(arm, rows=tuple(_judged(row, adjusted) for row in arm.rows)) for arm in arms)
+
+
+def _judged(row: Row, adjusted: Any) -> Row:
+    if not _is_test(row):
+        return row
+    p = next(adjusted) if row.gated else row.p
+    verdict = decide(row.difference, row.low, row.high, p=p, margin=row.margin, better=row.better)
+    return replace(row, p_holm=p, verdict=verdict)
+
+
+def _is_test(row: Row) -> bool:
+    return not math.isnan(row.p)
+
+
+def _provenance(base: Run, new: Run) -> dict[str, tuple[Any, Any]]:
+    """What differs between the runs' last sittings, by dotted name; times, commands and places left out."""
+    ours, theirs = (_facts(run) for run in (base, new))
+    return {
+        key: (ours.get(key), theirs.get(key))
+        for key in sorted({*ours, *theirs})
+        if ours.get(key) != theirs.get(key)
+    }
+
+
+def _facts(run: Run) -> dict[str, Any]:
+    sitting = run.manifest["sessions"][-1] if run.manifest["sessions"] else {}
+    facts = {"suite": run.manifest["suite_hash"][:12], "seed": run.seed}
+    for name in ("renderer", "python"):
+        facts[name] = sitting.get(name)
+    for group in ("versions", "git", "machine"):
+        facts |= {f"{group}.{key}": value for key, value in (sitting.get(group) or {}).items()}
+    return facts

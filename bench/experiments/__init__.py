@@ -1,0 +1,1 @@
+"""Experiments that prove what the statistics claim: ``python -m bench.experiments.NAME``."""
