@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from burrscan.arrays import Floats, Ints32, Levels, freeze
+from burrscan.arrays import Bools, Floats, Ints32, Levels, freeze
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.inspection import Burr, Inspection, Value
@@ -105,7 +105,7 @@ def _cleaned(vertices: Floats, faces: Ints32) -> MeshData:
     if not inside.all():
         notices.append(f"{int((~inside).sum())} faces name vertices that do not exist: dropped")
         faces = faces[inside]
-    finite = np.isfinite(vertices).all(axis=1)
+    finite: Bools = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     if not finite.all():
         notices.append(f"{int((~finite).sum())} of {len(vertices)} vertices are not finite numbers: dropped")
         number = np.cumsum(finite, dtype=np.int32) - np.int32(1)
@@ -121,8 +121,8 @@ def _cleaned(vertices: Floats, faces: Ints32) -> MeshData:
 def write_deviation_ply(path: Path, vertices_mm: Floats, faces: Ints32, deviation_mm: Floats) -> None:
     """Write a binary PLY with a float property ``deviation_mm`` and colours.
 
-    Colours run from blue (material missing) over white to red (material too much), full at the 99.5 % point of
-    the deviations' size; grey where none is stated. MeshLab, CloudCompare and Blender show either.
+    Colours run from blue (material missing) over white to red (material too much), full at the 99.5 % point
+    of the deviations' size; grey where none is stated. MeshLab, CloudCompare and Blender show either.
     """
     write_ply(
         path,
@@ -141,18 +141,20 @@ def _colours(deviation_mm: Floats) -> Levels:
     blue, white, red = np.array([33, 102, 172]), np.array([247, 247, 247]), np.array([178, 24, 43])
     colours = np.where(share < 0.0, white + share * (white - blue), white - share * (white - red))
     colours[~known] = 128
-    return np.round(colours).astype(np.uint8)
+    rounded: Levels = np.round(colours).astype(np.uint8)
+    return rounded
 
 
 def inspection_document(inspection: Inspection) -> dict[str, Any]:
     """An inspection as a plain document for JSON; units are in the keys, what is not stated is null.
 
-    Keys: ``schema``; ``axis`` (point_mm, direction, sigma_deg, covariance, method, evaluations, undetermined);
-    ``T_part_mesh`` (4×4, rows); ``generatrix`` (z_mm, r_mm, sigma_mm, band_mm; null between pieces, material to
-    the right of the curve's direction); ``burrs``, each with side, T_mesh_burr, significance, within_limit and
-    the values angle_deg, z_start_mm, z_end_mm, height_mm, width_mm, length_mm, area_mm2, volume_mm3 as
-    ``{"value": …, "sigma": …}``; ``deviation`` (rms_mm, least_mm, greatest_mm, vertices, without); ``checks``
-    (name, passed, value, limit, unit, reason); ``timings_s``. The deviation of each vertex is in the PLY.
+    Keys: ``schema``; ``axis`` (point_mm, direction, sigma_deg, covariance, method, evaluations,
+    undetermined); ``T_part_mesh`` (4×4, rows); ``generatrix`` (z_mm, r_mm, sigma_mm, band_mm; null between
+    pieces, material to the right of the curve's direction); ``burrs``, each with side, T_mesh_burr,
+    significance, within_limit and the values angle_deg, z_start_mm, z_end_mm, height_mm, width_mm, length_mm,
+    area_mm2, volume_mm3 as ``{"value": …, "sigma": …}``; ``deviation`` (rms_mm, least_mm, greatest_mm,
+    vertices, without); ``checks`` (name, passed, value, limit, unit, reason); ``timings_s``. The deviation of
+    each vertex is in the PLY.
     """
     axis, curve = inspection.axis, inspection.generatrix
     document = {

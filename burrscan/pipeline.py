@@ -202,7 +202,7 @@ def _usable(
 ) -> tuple[Floats, Ints32, Floats | None, Bools]:
     """Vertices that are numbers, the faces between them renumbered, their sigma, and which they are."""
     vertices, triangles = checked_mesh(vertices_mm, faces)
-    known: Bools = np.isfinite(vertices).all(axis=1)
+    known: Bools = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     sigma = _per_vertex(sigma_mm, len(vertices))
     if sigma is not None:
         known &= np.isfinite(sigma) & (sigma > 0.0)

@@ -1,8 +1,9 @@
-"""Does an anomaly stand out from what surrounds it, and is it one of its own?
+"""Whether an anomaly stands out from what surrounds it, and is one of its own.
 
-Scans of real surfaces are not only noisy: edges smear, light bounces, patterns ripple. Where such errors are of the
-same size as an anomaly all around it, or all the way round on its row, it is one of them (radar's ordered-statistic
-constant-false-alarm-rate rule, Rohling 1983). And beside a burr there are shadows and halos.
+Scans of real surfaces are not only noisy: edges smear, light bounces, patterns ripple. Where such errors are
+of the same size as an anomaly all around it, or all the way round on its row, it is one of them (radar's
+ordered-statistic constant-false-alarm-rate rule, Rohling 1983). And beside a burr there are shadows and
+halos.
 """
 
 from __future__ import annotations
@@ -87,12 +88,18 @@ def _strength(level: Floats, mask: Bools) -> float:
 
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
     """Cells around the region, and cells of its rows all the way round, both without the region's own."""
-    rows, columns = region.cells.any(axis=1), region.cells.any(axis=0)
-    own = np.outer(widened(rows, _GUARD, wrap=False), widened(columns, _GUARD, wrap=field.closed))
-    own &= _thick(region.cells, _GUARD, field.closed)
-    around = np.outer(widened(rows, _ROWS, wrap=False), widened(columns, _COLUMNS, wrap=field.closed))
+    rows: Bools = np.logical_or.reduce(region.cells, axis=1)
+    own = _thick(region.cells, _GUARD, closed=field.closed)
+    around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
     beside = np.broadcast_to(rows[:, None], own.shape)
     return around & ~own, beside & ~own
+
+
+def boxed(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
+    """The box around some cells, grown by so many rows and columns to every side."""
+    used_rows: Bools = np.logical_or.reduce(cells, axis=1)
+    used_columns: Bools = np.logical_or.reduce(cells, axis=0)
+    return widened(used_rows, rows, wrap=False)[:, None] & widened(used_columns, columns, wrap=closed)
 
 
 def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
@@ -104,7 +111,7 @@ def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
     return grown
 
 
-def _thick(cells: Bools, by: int, closed: bool) -> Bools:
+def _thick(cells: Bools, by: int, *, closed: bool) -> Bools:
     """Cells within ``by`` of the given ones, in rows and columns."""
     grown = np.zeros_like(cells)
     for row in np.flatnonzero(cells.any(axis=1)):
@@ -114,7 +121,7 @@ def _thick(cells: Bools, by: int, closed: bool) -> Bools:
 
 
 @njit(cache=True, nogil=True)
-def _box_means(  # noqa: PLR0917 (a kernel)
+def _box_means(
     cell: Ints32,
     deviation: Floats,
     count: Floats,
@@ -156,12 +163,10 @@ def _satellite(field: Field, mine: int, kept: list[tuple[Region, float]]) -> boo
     for other, (region, larger) in enumerate(kept):
         if other == mine:
             continue
-        if region.sign == own.sign:
-            weaker = size < _SATELLITE * larger
-        else:
-            weaker = size * _ODDS[own.sign] < larger
+        odds = 1.0 / _SATELLITE if region.sign == own.sign else _ODDS[own.sign]
+        weaker = size * odds < larger
         if weaker:
-            near = _thick(region.cells, reach, field.closed) & own.cells
+            near = _thick(region.cells, reach, closed=field.closed) & own.cells
             if near.sum() > 0.5 * own.cells.sum():
                 return True
     return False

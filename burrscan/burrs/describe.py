@@ -54,8 +54,8 @@ class Site:
 class _Frame:
     """A burr's own frame on the unrolled surface.
 
-    Origin (angle, arc length), direction along it as (around, along), the radius (M,) by which each vertex's angle
-    is made a length, and the vertices' places.
+    Origin (angle, arc length), direction along it as (around, along), the radius (M,) by which each vertex's
+    angle is made a length, and the vertices' places.
     """
 
     angle: float

@@ -1,8 +1,8 @@
 """Where the residual field holds more than noise: matched boxes of many shapes, calibrated on the data.
 
-Every box's mean is compared with what boxes of its shape show along the same row of the field, all the way round
-(their core, so that burrs do not count). Correlated noise and waviness raise the threshold of the shapes that they
-resemble, and what repeats all the way round (a crease a little off) raises none.
+Every box's mean is compared with what boxes of its shape show along the same row of the field, all the way
+round (their core, so that burrs do not count). Correlated noise and waviness raise the threshold of the
+shapes that they resemble, and what repeats all the way round (a crease a little off) raises none.
 """
 
 from __future__ import annotations
@@ -99,7 +99,8 @@ def regions(field: Field, *, false_calls_per_wheel: float) -> list[Region]:
 
 
 def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field) -> list[Region]:
-    labels = ndimage.label(strong | (sign * evidence.small > _GROW), structure=np.ones((3, 3)))[0]
+    grown = strong | (sign * evidence.small > _GROW)
+    labels: Ints32 = np.asarray(ndimage.label(grown, structure=np.ones((3, 3)))[0], dtype=np.int32)
     if field.closed:
         _sew(labels)
     found = []

@@ -38,8 +38,8 @@ class Field:
     Parameters
     ----------
     along_mm, angle, deviation_mm, sigma_mm
-        (N,) arc length along the generatrix, angle in the part frame (radians), deviation less the background,
-        and local noise of each vertex.
+        (N,) arc length along the generatrix, angle in the part frame (radians), deviation less the
+        background, and local noise of each vertex.
     foot
         (N, 2) nearest place (z, r) on the generatrix.
     normal
@@ -109,7 +109,7 @@ def _gridded(line: Polyline, foot: Foot, angle: Floats, stated: Floats, finest: 
         # Most of the field is hidden from this view: what is seen is sampled more finely than thought.
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
         cell = _cells(along, angle, arc, step_mm, step_rad, shape)
-    deviation, mean, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
+    deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(sigma, stated)
     count, score = _summed(deviation, sigma, cell, shape)
@@ -146,7 +146,7 @@ def _placed(
 
 
 @njit(cache=True, nogil=True)
-def _cells(  # noqa: PLR0917 (a kernel)
+def _cells(
     along: Floats,
     angle: Floats,
     arc: tuple[float, float],
@@ -168,7 +168,7 @@ def _filled(cell: Ints32, shape: tuple[int, int]) -> float:
     used = np.zeros(shape, np.bool_)
     for i in range(len(cell)):
         used[cell[i, 0], cell[i, 1]] = True
-    return max(used.mean(), 0.02)
+    return float(max(used.mean(), 0.02))
 
 
 def levelled(
@@ -179,7 +179,7 @@ def levelled(
     shape: tuple[int, int],
     arc: tuple[float, float],
     finest: float,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats]:
     """Deviations less the level of their row, and less what a small rigid motion of the axis explains.
 
     An axis slightly off leaves waves cos(angle), sin(angle), with the lever of the place along the axis; they
@@ -188,7 +188,7 @@ def levelled(
     Returns
     -------
     tuple
-        (N,) deviations, (rows,) level taken off last, (rows,) robust standard deviation.
+        (N,) deviations and (rows,) robust standard deviations.
 
     """
     overall = 1.4826 * float(np.median(np.abs(deviation))) + finest
@@ -201,7 +201,7 @@ def levelled(
         deviation = _moved(deviation, cell, place, normal, motion, cosine, sine)
     mean, spread = core_of(deviation, cell, shape[0], overall)
     deviation = deviation - mean[cell[:, 0]]
-    return deviation, mean, np.maximum(spread, _QUIETEST * overall)
+    return deviation, np.maximum(spread, _QUIETEST * overall)
 
 
 @njit(cache=True, nogil=True)
@@ -293,7 +293,7 @@ def _moved(
 def _local_noise(
     deviation: Floats, cell: Ints32, spread: Floats, shape: tuple[int, int], wide: int
 ) -> Floats:
-    """(N,) standard deviation: of the row, times what the angular sector has more or less than others. O(N)."""
+    """(N,) standard deviation: of the row, times what the angular sector has more or less. O(N)."""
     sectors = shape[1] // wide + 1
     count, square = np.zeros(sectors), np.zeros(sectors)
     for i in range(len(deviation)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.contrast import convincing, widened
+from burrscan.burrs.contrast import boxed, convincing
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions
 from burrscan.burrs.field import Field, field_of
@@ -68,11 +68,5 @@ def _site(field: Field, region: Region, taken: Bools) -> Site:
 
 def _around(field: Field, region: Region, taken: Bools) -> Ints:
     """Vertices in the region's bounding box and a margin, without those of other regions."""
-    near = _dilated(region.cells, field.closed) & ~(taken & ~region.cells)
+    near = boxed(region.cells, _MARGIN, _MARGIN, closed=field.closed) & ~(taken & ~region.cells)
     return np.flatnonzero(near[field.cell[:, 0], field.cell[:, 1]])
-
-
-def _dilated(cells: Bools, closed: bool) -> Bools:
-    """The cells of a box around the given ones."""
-    rows, columns = cells.any(axis=1), cells.any(axis=0)
-    return np.outer(widened(rows, _MARGIN, wrap=False), widened(columns, _MARGIN, wrap=closed))

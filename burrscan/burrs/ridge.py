@@ -1,8 +1,8 @@
 """The measure of one burr: a ridge fitted to the deviations around it.
 
-The largest deviation is biased upwards by noise and downwards by sampling; a ridge fitted to all vertices on the
-burr is not. Cross-section: h (1 - |v/w|^p) with its own half-width on either side; p = 1 is a triangle (a burr's
-usual idealisation, and the seed's), p = 2 a rounded one; the data choose.
+The largest deviation is biased upwards by noise and downwards by sampling; a ridge fitted to all vertices on
+the burr is not. Cross-section: h (1 - |v/w|^p) with its own half-width on either side; p = 1 is a triangle (a
+burr's usual idealisation, and the seed's), p = 2 a rounded one; the data choose.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from burrscan.arrays import Bools, Floats, Ints
 _STEPS = 25
 _HUBER = 3.0
 _BETTER = 10.0
-"""Drop of the weighted sum of squares that a richer cross-section must bring (BIC for thousands of points)."""
+"""Drop of the weighted sum of squares that a richer cross-section must bring (about BIC)."""
 _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
 _CLEARLY_WORSE = 8.0
@@ -61,8 +61,8 @@ class Ridge:
     Parameters
     ----------
     parameters
-        (5,) crest height, position across at u = 0, its change with u, half-width w of the base, and asymmetry a:
-        the base reaches w (1 - a) to the left and w (1 + a) to the right of the crest.
+        (5,) crest height, position across at u = 0, its change with u, half-width w of the base, and
+        asymmetry a: the base reaches w (1 - a) to the left and w (1 + a) to the right of the crest.
     covariance
         (5, 5) of those.
     power
@@ -110,14 +110,15 @@ class Ridge:
     def sigma_of(self, gradient: list[float]) -> float:
         """Standard deviation of a combination of the five parameters."""
         g = np.array(gradient, dtype=np.float64)
-        return float(np.sqrt(max(g @ self.covariance @ g, 0.0)))
+        return float(np.sqrt(max(float(g @ self.covariance @ g), 0.0)))
 
     def shape(self, patch: Patch) -> Floats:
         """(N,) height of the unit ridge at each vertex, without regard to its ends."""
         _, centre, slope, half, asymmetry = self.parameters
         v = patch.v_mm - centre - slope * patch.u_mm
-        q = np.abs(v) / (half * np.where(v < 0.0, 1.0 - asymmetry, 1.0 + asymmetry))
-        return np.clip(1.0 - q**self.power, 0.0, None)
+        q: Floats = np.abs(v) / (half * np.where(v < 0.0, 1.0 - asymmetry, 1.0 + asymmetry))
+        shape: Floats = np.clip(1.0 - q**self.power, 0.0, None)
+        return shape
 
 
 def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
@@ -126,8 +127,8 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
     Notes
     -----
     Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths; then the simplest
-    cross-section that no richer one beats clearly. Where two or three vertices across leave a trade between height
-    and width open, the mean over the widths that explain the data. O(N) per step.
+    cross-section that no richer one beats clearly. Where two or three vertices across leave a trade between
+    height and width open, the mean over the widths that explain the data. O(N) per step.
 
     """
     inside = _between(patch, start)
@@ -307,7 +308,7 @@ def _at_width(patch: Patch, ridge: Ridge, half: float) -> Ridge:
 
 
 @njit(cache=True, nogil=True)
-def _over_widths(  # noqa: PLR0917 (a kernel)
+def _over_widths(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, start: Floats, power: int, free: Bools, halves: Floats
 ) -> tuple[Floats, Floats]:
     """Chi-square and parameters of the best ridge of every half-width."""
@@ -345,9 +346,9 @@ def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     """The ridge of the mean half-width, every width weighted by how well it explains the data.
 
     Two vertices on a burr, with none at their sides, are explained equally well by widths from half a vertex
-    spacing to one and a half, at heights from one and a half times theirs to infinity. The weights are even in
-    height, place and width (which leaves a factor of the width once the first two are integrated out), and a
-    burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
+    spacing to one and a half, at heights from one and a half times theirs to infinity. The weights are even
+    in height, place and width (which leaves a factor of the width once the first two are integrated out), and
+    a burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
     """
     half = float(ridge.parameters[3])
     if half > _WELL_SAMPLED * spacing:
@@ -372,8 +373,8 @@ def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
 def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
     """The stretch of u over which a ridge of that height explains the vertices better than none.
 
-    The contiguous stretch of largest total gain (Kadane's algorithm), its ends half-way to the next vertex that
-    could have told otherwise.
+    The contiguous stretch of largest total gain (Kadane's algorithm), its ends half-way to the next vertex
+    that could have told otherwise.
     """
     shape = ridge.shape(patch)
     on = np.flatnonzero(shape > _FLANK)
@@ -398,8 +399,9 @@ def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
 def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:
     """Largest height along the burr and its standard deviation.
 
-    The burr is cut into stretches of at least ``least_mm``; through their heights goes a parabola, robustly. Where
-    it explains no more than noise would (F test, about 1 %) the common height is the answer, else its maximum.
+    The burr is cut into stretches of at least ``least_mm``; through their heights goes a parabola, robustly.
+    Where it explains no more than noise would (F test, about 1 %) the common height is the answer, else its
+    maximum.
     """
     sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
@@ -420,7 +422,7 @@ def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> 
     model = ridge.height_mm * ridge.shape(patch)
     residual = np.abs(patch.lift_mm - model)
     w = np.minimum(1.0, _HUBER * patch.sigma_mm / np.maximum(residual, 1e-300)) / patch.sigma_mm**2
-    weight = np.bincount(stretch, weights=w * model**2, minlength=count)
+    weight = np.bincount(stretch, weights=w * model**2, minlength=count).astype(np.float64)
     match = np.bincount(stretch, weights=w * model * patch.lift_mm, minlength=count)
     return match / np.maximum(weight, 1e-300), weight
 

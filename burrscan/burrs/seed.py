@@ -36,8 +36,9 @@ def burrs_seed(
 ) -> tuple[Burr, ...]:
     """Find the one burr, parallel to the axis, that the paper assumes.
 
-    On each of ``planes - 1`` circles the angle of the point farthest from the circle is taken; RANSAC with samples
-    of one finds the angle that most circles agree on; the mean of those that agree is the burr's angle.
+    On each of ``planes - 1`` circles the angle of the point farthest from the circle is taken; RANSAC with
+    samples of one finds the angle that most circles agree on; the mean of those that agree is the burr's
+    angle.
 
     Parameters
     ----------
@@ -55,15 +56,15 @@ def burrs_seed(
     Returns
     -------
     tuple of Burr
-        Always one, as in the paper, whose answer has no "none"; its ``significance`` says whether to believe it:
-        how unlikely (in sigma, the N choices allowed for) so many circles agree by chance. Empty only where no
-        plane meets a face.
+        Always one, as in the paper, whose answer has no "none"; its ``significance`` says whether to believe
+        it: how unlikely (in sigma, the N choices allowed for) so many circles agree by chance. Empty only
+        where no plane meets a face.
 
     Notes
     -----
-    Kept: the maximum of the distance's amount (a nick is found too), RANSAC, N, t. Mended, as the paper's formula
-    cannot work: angles are atan2's (its tan⁻¹ loses half a turn) and are averaged as directions (a plain mean
-    breaks at ±180°). Height and extent are not in the paper: they come from the residual within
+    Kept: the maximum of the distance's amount (a nick is found too), RANSAC, N, t. Mended, as the paper's
+    formula cannot work: angles are atan2's (its tan⁻¹ loses half a turn) and are averaged as directions (a
+    plain mean breaks at ±180°). Height and extent are not in the paper: they come from the residual within
     ``tolerance_deg`` of the angle, and are NaN where none rises there. O(V + T).
 
     """

@@ -62,8 +62,8 @@ class Scale:
     def node_mm(self) -> float:
         """Spacing of the curve's nodes.
 
-        At least five sigma: over a spacing d, a tilt of the curve turns noise into a slope of 12 (sigma/d)² times
-        the tilt, so that nodes closer than 3.5 sigma would weave through the noise.
+        At least five sigma: over a spacing d, a tilt of the curve turns noise into a slope of 12 (sigma/d)²
+        times the tilt, so that nodes closer than 3.5 sigma would weave through the noise.
         """
         return self.cell_mm / 1.2
 
@@ -138,7 +138,7 @@ def scale_of(profile: Profile) -> Scale:
 
 
 def _noise(profile: Profile, low: Floats, high: Floats, side: float) -> float:
-    """Thickness of the data in cells grown until it is thin in them; spokes and treads fill cells of any size."""
+    """Thickness of the data in cells grown until it is thin in them; spokes fill cells of any size."""
     first = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
     noise = first
     for _ in range(4):
@@ -158,7 +158,7 @@ def _limits(values: Floats) -> tuple[float, float]:
 
 
 def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[float, int]:
-    """Smaller standard deviation of the points of a cell (lower third over cells); and the number of cells."""
+    """Smaller standard deviation of a cell's points (lower third over cells); number of cells."""
     size = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
     moments = _moments(z, r, low, size, side)
     # Outliers are spread over many cells, each with few of them.
@@ -174,8 +174,8 @@ def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> 
 def _sparse(count: Floats) -> float:
     """Number of data below which a cell holds outliers only.
 
-    A small share of a cell that holds a typical point, but no more than a quarter of the mean cell: drawn parts
-    have most of their vertices in few places.
+    A small share of a cell that holds a typical point, but no more than a quarter of the mean cell: drawn
+    parts have most of their vertices in few places.
     """
     order = np.sort(count)
     total = np.cumsum(order)
@@ -225,7 +225,7 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
 def arc_bit(angle: float, arc: tuple[float, float]) -> int:
     """The bit of a coverage mask that stands for an angle."""
     turn = ((angle - arc[0]) % (2.0 * np.pi)) / arc[1]
-    return np.uint64(1) << np.uint64(min(int(turn * ARC_BINS), ARC_BINS - 1))
+    return np.uint64(1) << np.uint64(min(int(turn * ARC_BINS), ARC_BINS - 1))  # type: ignore[return-value]
 
 
 @njit(cache=True, nogil=True)
@@ -281,8 +281,8 @@ def _bits(mask: int) -> int:
 def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int) -> Bools:
     """Cells whose data go round.
 
-    A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below it
-    is hidden: its mask and that of a stronger cell nearby exclude each other.
+    A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below
+    it is hidden: its mask and that of a stronger cell nearby exclude each other.
     """
     keep = np.zeros(len(place), np.bool_)
     most = coverage.max() if len(coverage) else 0.0

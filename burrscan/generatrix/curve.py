@@ -34,9 +34,9 @@ def fit_generatrix(
 ) -> Generatrix:
     """Fit the curve that, turned about ``axis``, makes the part.
 
-    The (z, r) half-plane is cut into cells; those that hold data over a good share of the arc are walked along
-    into ordered pieces, whose nodes then move along their normals to the robust least-squares curve. Creases
-    are put where the two sides meet.
+    The (z, r) half-plane is cut into cells; those that hold data over a good share of the arc are walked
+    along into ordered pieces, whose nodes then move along their normals to the robust least-squares curve.
+    Creases are put where the two sides meet.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def resampled(points: Floats, *, step_mm: float) -> Floats:
     smooth = points.copy()
     smooth[1:-1] = 0.25 * points[:-2] + 0.5 * points[1:-1] + 0.25 * points[2:]
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(smooth, axis=0), axis=1))])
-    wanted = np.linspace(0.0, along[-1], max(int(round(along[-1] / step_mm)), 2) + 1)
+    wanted = np.linspace(0.0, along[-1], max(round(float(along[-1]) / step_mm), 2) + 1)
     return np.stack([np.interp(wanted, along, smooth[:, i]) for i in range(2)], axis=1)
 
 

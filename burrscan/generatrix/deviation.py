@@ -40,5 +40,4 @@ def feet_of(profile: Profile, line: Polyline) -> Foot:
     side = float(np.median(line.lengths_mm))
     reach = max(4.0 * side, 0.1 * float(line.nodes_mm[:, 1].max()))
     near = candidates(profile.z_mm, profile.r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
-    foot = feet(profile.z_mm, profile.r_mm, line, near, overshoot_mm=side)
-    return foot
+    return feet(profile.z_mm, profile.r_mm, line, near, overshoot_mm=side)

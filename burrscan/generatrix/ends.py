@@ -24,7 +24,7 @@ def extended(piece: Floats, *, by_mm: float) -> Floats:
 
 
 def trimmed(line: Polyline, foot: Foot, mask: Ints) -> list[Floats]:
-    """The pieces of a line, cut back to the segments that cells with coverage ``mask`` cover. O(cells + K)."""
+    """The pieces of a line, cut back to segments that cells with coverage ``mask`` cover. O(cells + K)."""
     masks = np.zeros(len(line.starts), dtype=np.uint64)
     np.bitwise_or.at(masks, foot.segment[foot.valid], mask[foot.valid])
     coverage = np.bitwise_count(masks).astype(np.float64)

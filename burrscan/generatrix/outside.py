@@ -71,8 +71,8 @@ def _vote(
     segment = foot.segment[ok]
     cosine = nz[ok] * line.normals[segment, 0] + nr[ok] * line.normals[segment, 1]
     size = len(line.starts)
-    cast = np.bincount(segment, weights=cosine, minlength=size)
-    return cast, np.bincount(segment, weights=np.abs(cosine), minlength=size)
+    cast = np.bincount(segment, weights=cosine, minlength=size).astype(np.float64)
+    return cast, np.bincount(segment, weights=np.abs(cosine), minlength=size).astype(np.float64)
 
 
 def _face_normals(

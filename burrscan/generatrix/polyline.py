@@ -42,7 +42,8 @@ class Polyline:
     @property
     def lengths_mm(self) -> Floats:
         """(M,) length of each segment."""
-        return np.hypot(*self.steps_mm.T)
+        lengths: Floats = np.hypot(*self.steps_mm.T)
+        return lengths
 
     @property
     def along_mm(self) -> Floats:
@@ -64,7 +65,7 @@ def join(pieces: list[Floats]) -> Polyline:
 
 
 def polyline_of(generatrix: Generatrix) -> Polyline:
-    """The polyline of a generatrix, whose NaN pairs separate its pieces; nodes keep their numbers less those."""
+    """The polyline of a generatrix, whose NaN pairs separate its pieces and get no node."""
     points = np.stack([generatrix.z_mm, generatrix.r_mm], axis=1)
     gap = ~np.isfinite(points).all(axis=1)
     pieces = [
@@ -118,8 +119,8 @@ def candidates(
 
     Notes
     -----
-    O(V + occupied cells × segments). Exact: a cell keeps every segment whose distance from its centre is within
-    the nearest one's plus the cell's diagonal.
+    O(V + occupied cells × segments). Exact: a cell keeps every segment whose distance from its centre is
+    within the nearest one's plus the cell's diagonal.
 
     """
     low = line.nodes_mm.min(axis=0) - reach_mm

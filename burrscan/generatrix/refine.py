@@ -55,9 +55,9 @@ def step(
     scale_mm
         (K,) scales of the weights.
     tangents
-        (M, 2) directions of the curve, smoother than its segments. Orthogonal distances draw a segment that is
-        shorter than the noise is thick into the direction of the noise; measured across a direction that is
-        right on average they do not.
+        (M, 2) directions of the curve, smoother than its segments. Orthogonal distances draw a segment that
+        is shorter than the noise is thick into the direction of the noise; measured across a direction that
+        is right on average they do not.
     count
         The points' multiplicities: then the step is towards the median, else Tukey's.
 
@@ -97,14 +97,17 @@ def smooth_tangents(line: Polyline) -> Floats:
         there = np.clip(np.arange(len(own)) + shift, 0, len(own) - 1)
         alike = (piece[there] == piece) & ((own[there] * own).sum(axis=1) > _ALIKE)
         total += steps[there] * alike[:, None]
-    return total / np.linalg.norm(total, axis=1, keepdims=True)
+    smooth: Floats = total / np.linalg.norm(total, axis=1, keepdims=True)
+    return smooth
 
 
 def _skew(line: Polyline, tangents: Floats) -> Floats:
     """(M,) by how much of a segment the foot of a point moves per distance, measured across the tangents."""
     across = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
     steps = line.steps_mm
-    return (across * steps).sum(axis=1) / (line.lengths_mm**2 * (across * line.normals).sum(axis=1).clip(0.3))
+    facing = (across * line.normals).sum(axis=1).clip(0.3)
+    skew: Floats = (across * steps).sum(axis=1) / (line.lengths_mm**2 * facing)
+    return skew
 
 
 def _multiplicity(count: Floats | None) -> tuple[bool, Floats]:
@@ -133,7 +136,7 @@ def _normal_equations(
     starts: Ints,
     cosine: Floats,
     scale: Floats,
-    tukey: bool,
+    tukey: bool,  # noqa: FBT001 (numba takes no keywords only)
     multiple: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     nodes = len(scale)
@@ -167,7 +170,7 @@ def _normal_equations(
 
 
 def _pooled_scale(count: Floats, square: Floats, before: Floats) -> Floats:
-    """Standard deviation of the data within three sigma (1.4 % too small otherwise), pooled over neighbours."""
+    """Standard deviation of the data within three sigma (mended by 1.4 %), pooled over neighbours."""
     kernel = np.ones(3)
     pooled = np.convolve(count, kernel, mode="same")
     total = np.convolve(square, kernel, mode="same")

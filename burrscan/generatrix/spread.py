@@ -15,8 +15,8 @@ _SECTORS = 16
 def sigma_mm(fit: Step, foot: Foot, angle: Floats, arc: tuple[float, float], stated_mm: float) -> Floats:
     """(K,) standard deviation of the curve along its normal.
 
-    The larger of two: what independent noise leaves, and what the disagreement between sectors of the arc shows
-    (correlated noise, an axis slightly off). O(V + K).
+    The larger of two: what independent noise leaves, and what the disagreement between sectors of the arc
+    shows (correlated noise, an axis slightly off). O(V + K).
     """
     weight = np.maximum(fit.weight, 1.0)
     independent = np.maximum(fit.scale_mm, stated_mm) / np.sqrt(weight)

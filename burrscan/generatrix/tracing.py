@@ -15,7 +15,7 @@ _LATERAL = 0.8
 
 
 def trace(cells: Cells, *, side_mm: float) -> list[Floats]:
-    """Ordered pieces, each (K, 2) points (z, r), through the cells' centres; a closed one ends where it began.
+    """Ordered pieces, each (K, 2) points (z, r), through cells' centres; a closed one ends where it began.
 
     O(cells).
     """

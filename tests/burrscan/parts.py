@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
@@ -45,7 +47,7 @@ def distance_to_polyline(points: Floats, polyline: Floats) -> Floats:
 
 def scattered_scan(
     profile: str,
-    lift_mm: object,
+    lift_mm: Callable[[Floats, Floats, Floats], Floats],
     *,
     vertices: int = 60_000,
     arc_deg: float = 140.0,
@@ -64,7 +66,7 @@ def scattered_scan(
     place = polyline[k] + rng.random(vertices)[:, None] * step[k]
     normal = np.stack([-step[k, 1], step[k, 0]], axis=1) / length[k, None]
     angle = np.radians(rng.uniform(-arc_deg / 2, arc_deg / 2, vertices))
-    lift = np.asarray(lift_mm(place[:, 0], place[:, 1], angle))  # type: ignore[operator]
+    lift = lift_mm(place[:, 0], place[:, 1], angle)
     z, r = (place + (lift + sigma_mm * rng.normal(size=vertices))[:, None] * normal).T
     pose = random_pose(rng)
     points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1) @ pose[:3, :3].T + pose[:3, 3]

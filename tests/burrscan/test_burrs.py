@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -17,14 +19,18 @@ from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm
 from tests.revolution import RevolutionScan, RidgeBurr, revolution_scan
 
+Lift: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
+
 
 def found(scan: RevolutionScan, axis: Axis | None = None, **options: float) -> tuple[Burr, ...]:
     axis = axis or exact_axis(scan)
     curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
-    return burrs_residual(scan.vertices_mm, scan.faces, axis, curve, **options)  # type: ignore[arg-type]
+    return burrs_residual(scan.vertices_mm, scan.faces, axis, curve, **options)
 
 
-def ridge(angle_deg: float, height_mm: float, width_mm: float, *, low: float = -99.0, high: float = 99.0):  # type: ignore[no-untyped-def]  # noqa: ANN201
+def ridge(
+    angle_deg: float, height_mm: float, width_mm: float, *, low: float = -99.0, high: float = 99.0
+) -> Lift:
     """A triangular ridge along the axis, of constant width in mm."""
 
     def lift(z: Floats, r: Floats, angle: Floats) -> Floats:
@@ -117,7 +123,7 @@ def test_several_burrs_on_both_sides() -> None:
 
 
 def test_regular_rows_leave_height_open_and_say_so() -> None:
-    # Two vertices across: many heights explain them. The interval stated must hold the truth; the angle is sure.
+    # Two vertices across: many heights explain them. The interval stated holds the truth.
     for seed, angle in enumerate([12.13, -33.07, 41.9]):
         scan = revolution_scan(sigma_mm=0.05, seed=seed, burrs=(RidgeBurr(angle_deg=angle),))
         (burr,) = found(scan)
@@ -172,7 +178,7 @@ def test_a_burr_across_the_seam_of_a_whole_wheel_is_one() -> None:
         assert len(found(scan)) == 1
 
 
-def _ridge_all_round(angle_deg: float):  # type: ignore[no-untyped-def]  # noqa: ANN202
+def _ridge_all_round(angle_deg: float) -> Lift:
     def lift(z: Floats, r: Floats, angle: Floats) -> Floats:  # noqa: ARG001
         x = np.abs(np.angle(np.exp(1j * (angle - np.radians(angle_deg))))) * r
         return np.asarray(1.5 * np.clip(1.0 - x, 0.0, None))
@@ -221,7 +227,7 @@ def test_seed_answers_even_where_there_is_nothing() -> None:
 def test_seed_cuts_triangles_as_the_paper_says() -> None:
     layers = np.array([0.2, 0.9, 1.1, 2.5, 1.0])
     faces = np.array([[0, 1, 0], [0, 1, 2], [2, 2, 3], [1, 3, 4]], dtype=np.int32)
-    # Corner layers 0 0 0: not cut; 0 0 1: mean 1/3, plane 1; 1 1 2: mean 4/3, plane 2; 0 2 1: mean 1, an integer.
+    # Corner layers 0 0 0: not cut; 0 0 1: mean 1/3, plane 1; 1 1 2: mean 4/3, plane 2; 0 2 1: mean 1.
     assert _planes_cut(layers, faces).tolist() == [0, 1, 2, 2]
 
 
