@@ -164,7 +164,9 @@ def _fuse(crude: Reading, final: Reading, *, width: int, max_sigma_px: float) ->
         apart = np.abs(u[0] - u[1]) / np.hypot(crude.sigma_u_px, final.sigma_u_px)
         agree = ~(apart > 6.0)
         mask = agree & (sigma <= max_sigma_px) & (mean > -0.5) & (mean < width - 0.5)
-    mask &= consistent(_masked(mean, mask), _masked(sigma, mask))
+    last = information[1] > 0.0
+    lost, misfit = np.where(last, final.lost, crude.lost), np.where(last, final.misfit, crude.misfit)
+    mask &= consistent(_masked(mean, mask), _masked(sigma, mask), lost, misfit)
     return Correspondence(_masked(mean, mask), _masked(sigma, mask), mask)
 
 

@@ -1,4 +1,4 @@
-"""Pixels judged by their neighbours: lone outliers are dropped."""
+"""Pixels judged by their neighbours: lone outliers, and footprints torn over the border of the known."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats32
 
+_FITTING = 3.0
+
 
 def consistent(
-    u_px: Floats32, sigma_px: Floats32, *, outlier_z: float = 5.0, outlier_px: float = 0.5
+    u_px: Floats32,
+    sigma_px: Floats32,
+    lost: Floats32,
+    misfit: Floats32,
+    *,
+    outlier_z: float = 5.0,
+    outlier_px: float = 0.5,
+    most_lost: float = 0.25,
 ) -> Bools:
     """Which pixels agree with their surroundings.
 
@@ -16,9 +25,17 @@ def consistent(
     ----------
     u_px, sigma_px
         (h, w) columns and stated sigmas, NaN where unknown.
+    lost
+        (h, w) light that full light shows beyond the stripes' modulation, per modulated light.
+    misfit
+        (h, w) chi² per degree of freedom of the pixel's phasors.
     outlier_z, outlier_px
         A pixel off the middle of both its left and right and its upper and lower neighbours by more than
         ``outlier_px`` plus so many sigmas is an outlier, as is one with fewer than two direct neighbours.
+    most_lost
+        Beside pixels without a column a pixel may have lost no more than this above the least of its
+        surroundings, unless its misfit shows where that light comes from: else the footprint holds a part
+        of a surface that nobody measured.
 
     Notes
     -----
@@ -31,7 +48,8 @@ def consistent(
     nearest = np.fmin(np.abs(0.5 * (left + right) - u_px), np.abs(0.5 * (up + down) - u_px))
     with np.errstate(invalid="ignore"):
         off = nearest > outlier_px + outlier_z * sigma_px
-    good: Bools = np.isfinite(u_px) & ~off & (neighbours >= 2)
+    torn = (neighbours < 4) & (misfit < _FITTING) & (lost - _least_around(lost, u_px) > most_lost)
+    good: Bools = np.isfinite(u_px) & ~off & ~torn & (neighbours >= 2)
     return good
 
 
@@ -43,3 +61,11 @@ def shifted(image: Floats32, rows: int, columns: int) -> Floats32:
     cut = image[y : height + min(rows, 0), x : width + min(columns, 0)]
     moved[max(-rows, 0) : height - y, max(-columns, 0) : width - x] = cut
     return moved
+
+
+def _least_around(lost: Floats32, u_px: Floats32) -> Floats32:
+    """The least loss among the known pixels two steps away, 0 where there is none."""
+    known = np.where(np.isfinite(u_px), lost, np.float32(np.nan))
+    around = [shifted(known, 2 * rows, 2 * columns) for rows, columns in ((0, 1), (0, -1), (1, 0), (-1, 0))]
+    least: Floats32 = np.nan_to_num(np.fmin.reduce(around))
+    return least

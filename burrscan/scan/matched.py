@@ -25,6 +25,7 @@ _DETECTION_Z = 4.0
 _MODULATION_ERROR = 0.02
 _INDIRECT_GUESS = 0.15
 _LEAST_FREQUENCIES = 5
+_ILL_FITTING = 12.0
 _FOOTPRINT_PX2 = 0.15
 _FOOTPRINT_ERROR_PX2 = 0.05
 
@@ -72,12 +73,14 @@ class Reading:
         most_lost: float = 2.5,
         off_line_px: float = 1.5,
     ) -> Reading:
-        """The same with NaN where the column is coarse, ambiguous or drowned, or the row off its epipolar line.
+        """The same with NaN where the column is coarse, ambiguous or drowned, or its row off the line.
 
-        A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more.
+        A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more. Where the phasors
+        fit badly their errors are not noise, and the second best column must be thrice as far behind.
         """
         with np.errstate(invalid="ignore"):
-            fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= least_lead)
+            needed = np.where(self.misfit > _ILL_FITTING, 3.0 * least_lead, least_lead)
+            fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= needed)
             fine &= self.lost <= most_lost
             fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
         return self.without(np.asarray(~fine))

@@ -128,7 +128,7 @@ def test_lone_outliers_go_and_edges_stay() -> None:
     u = np.tile(np.arange(40, dtype=np.float32), (30, 1))
     u[:, 20:] += 15.0
     u[10, 10] += 4.0
-    good = consistent(u, np.full_like(u, 0.05))
+    good = consistent(u, np.full_like(u, 0.05), np.zeros_like(u), np.ones_like(u))
     assert not good[10, 10]
     # at the ends of an edge nothing on the far side of the border speaks for a pixel
     assert good.sum() >= good.size - 5
