@@ -11,6 +11,7 @@ Complexes: TypeAlias = NDArray[np.complex128]
 Bools: TypeAlias = NDArray[np.bool_]
 Ints: TypeAlias = NDArray[np.int64]
 Ints32: TypeAlias = NDArray[np.int32]
+Ints16: TypeAlias = NDArray[np.int16]
 Levels: TypeAlias = NDArray[np.uint8]
 """Projector levels, 0 to 255."""
 Image: TypeAlias = NDArray[np.uint16]

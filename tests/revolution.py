@@ -56,7 +56,8 @@ class RidgeBurr:
     def height_at(self, z_mm: Floats, phi_rad: Floats) -> Floats:
         turn = np.degrees(np.angle(np.exp(1j * (phi_rad - np.radians(self.angle_deg)))))
         along = (z_mm >= self.z_start_mm) & (z_mm <= self.z_end_mm)
-        return self.height_mm * np.clip(1.0 - 2.0 * np.abs(turn) / self.width_deg, 0.0, None) * along
+        tent = np.clip(1.0 - 2.0 * np.abs(turn) / self.width_deg, 0.0, None)
+        return np.asarray(self.height_mm * tent * along)
 
 
 @dataclass(frozen=True)
@@ -189,7 +190,7 @@ def cramer_rao_deg(
     return float(np.degrees(np.sqrt(covariance[0, 0] + covariance[1, 1])))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True)  # type: ignore[untyped-decorator]
 def _raster(triangles: Floats, pixels: int, low: Floats, step: float) -> Floats:  # pragma: no cover
     depth = np.full((pixels, pixels), np.inf)
     for t in range(triangles.shape[0]):

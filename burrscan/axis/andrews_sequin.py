@@ -19,10 +19,10 @@ ALIKE = 4.0
 
 def find_axis_andrews_sequin(
     vertices_mm: Floats,
-    faces: Ints32 | None,  # noqa: ARG001 (normals come from voxels)
+    faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,  # noqa: ARG001 (nothing here is random)
+    seed: int = 0,
 ) -> Axis:
     """Solve the generalised eigenproblem once. O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)

@@ -20,8 +20,8 @@ def perpendicular_basis(direction: Floats) -> Floats:
     return np.stack([e1, np.cross(direction, e1)], axis=1)
 
 
-def T_part_mesh(point_mm: Floats, direction: Floats) -> Floats:  # noqa: N802 (T_target_source)
-    """4×4 motion from the mesh frame to the part frame: z along the axis, origin at the axis point, x = e1."""
+def T_part_mesh(point_mm: Floats, direction: Floats) -> Floats:
+    """4×4 motion from the mesh to the part frame: z along the axis, origin at its point, x = e1."""
     basis = perpendicular_basis(direction)
     rotation = np.stack([basis[:, 0], basis[:, 1], direction])
     transform = np.eye(4)

@@ -1,4 +1,4 @@
-"""Secondary tests of an axis, as the conclusion of the seed paper asks: is the solution what it seems to be?"""
+"""Secondary tests of an axis, as the conclusion of the seed paper asks."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def axis_checks(
 
     Returns
     -------
-    Of "determined", "centres_collinear", "centres_box", "landscape_margin" and "residual_symmetry" those that the
-    data allow. O(V + T).
+    Of "determined", "centres_collinear", "centres_box", "landscape_margin" and "residual_symmetry" those
+    that the data allow. O(V + T).
 
     """
     checks = [_determined(axis), _margin(vertices_mm, axis)]
@@ -56,7 +56,7 @@ def _determined(axis: Axis) -> Check:
 
 
 def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
-    """Circle centres of sections across the axis: do they lie on it, and how large is the box around them?"""
+    """Whether circle centres of sections across the axis lie along it, and the box around them."""
     e = perpendicular_basis(axis.direction)
     turn = np.stack([e[:, 0], e[:, 1], axis.direction])
     centred = vertices - axis.point_mm
@@ -75,7 +75,8 @@ def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
     lean = float(np.hypot(*np.median((good[second, :2] - good[first, :2]) / rise[:, None], axis=0)))
     return [
         Check(
-            "centres_collinear", lean < LARGEST_LEAN, float(np.degrees(lean)), float(np.degrees(LARGEST_LEAN)), "deg",
+            "centres_collinear", lean < LARGEST_LEAN, float(np.degrees(lean)),
+            float(np.degrees(LARGEST_LEAN)), "deg",
             "circles through sections across the axis have their centres along it",
         ),
         Check(
@@ -86,7 +87,7 @@ def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
 
 
 def _margin(vertices: Floats, axis: Axis) -> Check:
-    """How much worse is the next minimum of the landscape of axes than this one?"""
+    """How much worse the next minimum of the landscape of axes is than this one."""
     cloud = canonical_cloud(np.ascontiguousarray(vertices), None)
     surfels = surfels_of(*voxel_moments(cloud.points, cloud.weights))
     direction = cloud.rotation.T @ axis.direction
@@ -106,7 +107,7 @@ def _cost(surfels: Surfels, direction: Floats, place: Floats) -> float:
 
 
 def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
-    """Do the deviations show a first harmonic around the axis, as a wrong axis would leave?"""
+    """The first harmonic of the deviations around the axis, as a wrong axis would leave it."""
     known = np.isfinite(deviation)
     e = perpendicular_basis(axis.direction)
     across = (vertices[known] - axis.point_mm) @ e

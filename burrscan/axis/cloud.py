@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Floats, Ints
 from burrscan.axis.kernel import kernel
 
 FINE_SIDE = 0.03
@@ -137,7 +137,7 @@ def _fill(
     return count
 
 
-def voxel_moments(points: Floats, weights: Floats, side: float = FINE_SIDE) -> tuple[Floats, Floats]:
+def voxel_moments(points: Floats, weights: Floats, side: float = FINE_SIDE) -> tuple[Ints, Floats]:
     """Weighted moments of the points in each voxel.
 
     Returns

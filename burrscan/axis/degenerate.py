@@ -11,9 +11,9 @@ LARGEST_TILT = np.radians(5.0)
 LARGEST_OFFSET = 0.25
 """A position less certain than this share of the rms radius is called undetermined."""
 AS_GOOD = 1.03
-"""A plane or sphere whose noise is at most this many times that of the free generatrix explains the data as well."""
+"""A plane or sphere with at most this many times the noise of the generatrix explains the data as well."""
 EXACT = 5e-5
-"""Deviations below this share of the rms radius are not the shape's (averages over voxels bend by as much)."""
+"""Deviations below this share of the rms radius are not the shape's: voxel means bend by as much."""
 LEAST_SAGITTA = 3.0
 """An arc that bulges by less than this many sigma of one point is too short to tell its axis."""
 ROUNDS = 6
@@ -33,8 +33,8 @@ def undetermined(points: Floats, weights: Floats, sigma: float, covariance: Floa
 
     Returns
     -------
-    Of "direction" (a sphere: any axis through its centre; or too short an arc) and "position" (a plane: any axis
-    along its normal; or too short an arc).
+    Of "direction" (a sphere: any axis through its centre; or too short an arc) and "position" (a plane: any
+    axis along its normal; or too short an arc).
 
     """
     open_ = []
@@ -54,7 +54,7 @@ def too_short(points: Floats, frame: Floats, place: Floats, raw_sigma: float) ->
     widest = np.diff(np.append(seen, seen[0] + 360)).max()
     half = np.radians(min(361.0 - widest, 360.0)) / 2.0
     radius = float(np.median(np.hypot(turned[:, 0], turned[:, 1])))
-    return radius * (1.0 - np.cos(half)) < LEAST_SAGITTA * raw_sigma
+    return bool(radius * (1.0 - np.cos(half)) < LEAST_SAGITTA * raw_sigma)
 
 
 def _spread(covariance: Floats) -> float:
@@ -62,7 +62,7 @@ def _spread(covariance: Floats) -> float:
 
 
 def _robust(design: Floats, target: Floats, weights: Floats, scale_of: Floats | None) -> tuple[Floats, float]:
-    """Least squares with Tukey's weights; the noise is the median absolute residual, in units of ``scale_of``."""
+    """Least squares with Tukey's weights; the noise is the median absolute residual."""
     factor = weights
     sigma = np.inf
     for _ in range(ROUNDS):
@@ -77,7 +77,7 @@ def _robust(design: Floats, target: Floats, weights: Floats, scale_of: Floats | 
         sigma = float(np.median(np.abs(residual))) / 0.6745
         u = np.clip(1.0 - (residual / (5.0 * max(sigma, 1e-12))) ** 2, 0.0, None)
         factor = weights * u * u
-    return solution, sigma
+    return np.asarray(solution, dtype=np.float64), sigma
 
 
 def sphere_sigma(points: Floats, weights: Floats) -> float:

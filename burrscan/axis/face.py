@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
 from burrscan.variants import check_parameters, resolve
@@ -37,8 +37,8 @@ def find_axis(
     Parameters
     ----------
     vertices_mm
-        (V, 3) positions in the mesh frame; rows with NaN or infinity are dropped, with the faces that use them.
-        The unit may be any: the axis comes in the same one.
+        (V, 3) positions in the mesh frame; rows with NaN or infinity are dropped, with the faces that use
+        them. The unit may be any: the axis comes in the same one.
     faces
         (T, 3) vertex indices; None or empty for a cloud. Their senses do not matter.
     method
@@ -99,8 +99,8 @@ def _checked_sigma(sigma: Floats, count: int) -> Floats:
 def _finite(
     vertices: Floats, triangles: Ints32, sigma: Floats | None
 ) -> tuple[Floats, Ints32, Floats | None]:
-    """Drop vertices that are not finite, or whose sigma is no positive number, and the faces that use them."""
-    good = np.isfinite(vertices).all(axis=1)
+    """Drop vertices not finite or without a positive sigma, and the faces that use them."""
+    good: Bools = np.asarray(np.isfinite(vertices).all(axis=1))
     if sigma is not None:
         good &= np.isfinite(sigma) & (sigma > 0.0)
     if good.all():

@@ -1,8 +1,9 @@
 """Gauss-Newton on an axis with a free generatrix, eliminated in every step (variable projection).
 
-Golub & Pereyra's idea with Kaufman's Jacobian; the generatrix is pieces of parabolas with normal distances in the
-(z, r) plane, so flat faces, undercuts and several branches are as good as any other shape. Tukey's biweight lets
-burrs, spokes and outliers count nothing.
+Golub & Pereyra's idea with Kaufman's Jacobian; the generatrix is pieces of parabolas with normal distances
+in the
+(z, r) plane, so flat faces, undercuts and several branches are as good as any other shape. Tukey's biweight
+lets burrs, spokes and outliers count nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats, Ints16
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import REACH
 from burrscan.axis.kernel import kernel
@@ -72,7 +73,7 @@ def meridian(
 
 
 @kernel
-def piece_of(z: float, r: float, labels: Ints32, origin: Floats, cell: float) -> int:  # pragma: no cover
+def piece_of(z: float, r: float, labels: Ints16, origin: Floats, cell: float) -> int:  # pragma: no cover
     """The piece a point of the (z, r) plane belongs to, or -1."""
     fz, fr = (z - origin[0]) / cell, (r - origin[1]) / cell
     if not (fz >= 0.0 and fr >= 0.0 and fz < labels.shape[0] and fr < labels.shape[1]):
@@ -102,7 +103,7 @@ def _accumulate(
     centre: Floats,
     normal: Floats,
     coefficients: Floats,
-    labels: Ints32,
+    labels: Ints16,
     origin: Floats,
     cell: float,
     spacing: float,
@@ -114,7 +115,8 @@ def _accumulate(
     """One pass over the points.
 
     Adds per piece, with t along it and d off it: rows of ``sums`` hold t^0..t^4 (5), d t^0..t^2 (3),
-    J t^0..t^2 (12), J Jᵀ (10), d J (4), each times the weight. ``spread`` is a histogram of |d| up to ``top``.
+    J t^0..t^2 (12), J Jᵀ (10), d J (4), each times the weight. ``spread`` is a histogram of |d| up to
+    ``top``.
     """
     J = np.zeros(4)
     for i in range(points.shape[0]):
@@ -172,16 +174,17 @@ def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats,
     H[np.triu_indices(4)] = sums[~few, 20:30].sum(axis=0)
     H = H + np.triu(H, 1).T - np.einsum("kip,kiq->pq", cross, response)
     g = sums[~few, 30:34].sum(axis=0) - np.einsum("kip,ki->p", cross, offset)
-    return H, g, offset, response, inverse
+    return H, np.asarray(g), np.asarray(offset), np.asarray(response), np.asarray(inverse, dtype=np.float64)
 
 
 def rotation_by(w: Floats) -> Floats:
     """Rodrigues' rotation by the vector (wx, wy, 0)."""
     angle = float(np.hypot(w[0], w[1]))
     K = np.array([[0.0, 0.0, w[1]], [0.0, 0.0, -w[0]], [-w[1], w[0], 0.0]])
-    if angle < 1e-12:
-        return np.eye(3) + K
-    return np.eye(3) + np.sin(angle) / angle * K + (1 - np.cos(angle)) / angle**2 * (K @ K)
+    rotation: Floats = np.eye(3) + K
+    if angle >= 1e-12:
+        rotation = np.eye(3) + np.sin(angle) / angle * K + (1 - np.cos(angle)) / angle**2 * (K @ K)
+    return rotation
 
 
 def median_sigma(histogram: Floats, top: float) -> float:

@@ -11,7 +11,7 @@ from burrscan.inspection import Axis
 
 
 def patches(vertices_mm: Floats, sigma_mm: Floats | None) -> tuple[Cloud, Surfels]:
-    """The canonical cloud and its surfels that have a normal. Face normals are too noisy for any of the rivals."""
+    """The canonical cloud and its surfels that have a normal (face normals are too noisy for the rivals)."""
     cloud = canonical_cloud(vertices_mm, sigma_mm)
     surfels = surfels_of(*voxel_moments(cloud.points, cloud.weights))
     good = surfels.weights > 0.0

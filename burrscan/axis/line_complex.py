@@ -1,8 +1,8 @@
 """Line complexes: the normals of a surface of revolution meet its axis.
 
 H. Pottmann, T. Randrup, "Rotational and helical surface approximation for reverse engineering", Computing 60
-(1998) 307-322; H. Pottmann, I.-K. Lee, T. Randrup, "Reconstruction of kinematic surfaces from scattered data",
-1998 (the seed's reference 5).
+(1998) 307-322; H. Pottmann, I.-K. Lee, T. Randrup, "Reconstruction of kinematic surfaces from scattered
+data", 1998 (the seed's reference 5).
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ ROUNDS = 20
 
 def find_axis_line_complex(
     vertices_mm: Floats,
-    faces: Ints32 | None,  # noqa: ARG001 (normals come from voxels)
+    faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,  # noqa: ARG001 (nothing here is random)
+    seed: int = 0,
 ) -> Axis:
     """Least squares, every patch alike. O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)
@@ -32,12 +32,12 @@ def find_axis_line_complex(
 
 def find_axis_line_complex_robust(
     vertices_mm: Floats,
-    faces: Ints32 | None,  # noqa: ARG001
+    faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,  # noqa: ARG001
+    seed: int = 0,
 ) -> Axis:
-    """The same, reweighted by flatness and by the robust residual of each normal's angle (Geman-McClure). O(V)."""
+    """The same, reweighted by flatness and by each normal's angle (Geman-McClure). O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)
     weights = surfels.weights
     for _ in range(ROUNDS):

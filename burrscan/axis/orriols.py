@@ -30,7 +30,8 @@ def find_axis_orriols(
 ) -> Axis:
     """Alternate between the frusta, given the axis, and the axis, given the frusta.
 
-    Maximum likelihood with Gaussian noise of the radius; started from the robust line complex. Voxel means stand
+    Maximum likelihood with Gaussian noise of the radius; started from the robust line complex. Voxel means
+    stand
     for the points. O(V) once, then O(voxels) a round; alternation converges linearly, so rounds are many.
     """
     start = find_axis_line_complex_robust(vertices_mm, faces, sigma_mm=sigma_mm, seed=seed)
@@ -60,7 +61,7 @@ def _frusta(z: Floats, r: Floats, weights: Floats, count: int) -> tuple[Floats, 
     layer = np.minimum(((z - low) / max(high - low, 1e-12) * count).astype(np.int64), count - 1)
 
     def total(values: Floats) -> Floats:
-        return np.bincount(layer, weights=weights * values, minlength=count)
+        return np.bincount(layer, weights=weights * values, minlength=count).astype(np.float64)
 
     mass = np.maximum(total(np.ones_like(z)), 1e-12)
     mz, mr = total(z) / mass, total(r) / mass

@@ -20,7 +20,7 @@ SAMPLE = 6
 
 def find_axis_potsac(
     vertices_mm: Floats,
-    faces: Ints32 | None,  # noqa: ARG001 (normals come from voxels)
+    faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
     seed: int = 0,

@@ -33,7 +33,7 @@ def find_axis_profile(
     faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,  # noqa: ARG001 (nothing here is random)
+    seed: int = 0,
     smoothing: int = 2,
     full_steps: int = 2,
 ) -> Axis:
@@ -93,14 +93,14 @@ def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Fl
 
 
 def resolution(fit: Fit, raw_sigma: float, count: int, pitch: float) -> float:
-    """Blur of the pieces: as fine as the noise lets their slopes be known, σ √12 / (L √n) with n = λ L points."""
+    """Blur of the pieces: as fine as noise lets slopes be known, σ √12 / (L √n) with n = λ L points."""
     density = count / max(len(fit.coefficients) * fit.pieces.spacing, 1e-300)
     length = (raw_sigma * np.sqrt(12.0 / density) / SLOPE_NOISE) ** (2.0 / 3.0)
     return max(BLUR, BLUR_PER_SIGMA * fit.sigma, float(length) / SPACING, min(pitch, COARSE_BLUR))
 
 
 def thickness(fit: Fit, total: float) -> float:
-    """Noise about a fit's generatrix, per share of points that it explains; infinite for an axis too far away."""
+    """Noise about a fit's generatrix, per share of points that it explains; infinite if too far away."""
     if fit.place @ fit.place > FARTHEST**2 or fit.inliers <= 0.0:
         return np.inf
     return fit.sigma * total / fit.inliers

@@ -1,8 +1,9 @@
 """Uniform search over directions for planar sections of constant curvature.
 
-X. Qian, X. Huang, "Reconstruction of surfaces of revolution with partial sampling", Journal of Computational and
-Applied Mathematics 163 (2004) 211-217 (the seed's reference 14). Curvature is the difference of consecutive normals
-over the distance of their points; it needs dense samples and hardly bears noise.
+X. Qian, X. Huang, "Reconstruction of surfaces of revolution with partial sampling", Journal of Computational
+and
+Applied Mathematics 163 (2004) 211-217 (the seed's reference 14). Curvature is the difference of consecutive
+normals over the distance of their points; it needs dense samples and hardly bears noise.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ LEAST = 6
 
 def find_axis_qian_huang(
     vertices_mm: Floats,
-    faces: Ints32 | None,  # noqa: ARG001 (normals come from voxels: those of faces are all noise)
+    faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,  # noqa: ARG001 (nothing here is random)
+    seed: int = 0,
     directions: int = 400,
     sections: int = 12,
     zooms: int = 4,

@@ -6,19 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats, Ints, Ints16
 from burrscan.axis.kernel import kernel
 
 CELLS_PER_BLUR = 1.5
 FINER = 4
-"""Cells of the map of pieces per cell of the density. Its staircase borders must be finer than the noise: a border
+"""Cells of the map of pieces per cell of the density. Its staircase borders must be finer than the noise: a
+border
 aslant to the curve would choose points by their noise."""
 SPACING = 2.5
 """Distance of neighbouring pieces, in blurs."""
 GATE = 1.6
 """Points further than this many spacings from every piece belong to none."""
 HALF = 0.4
-"""Half length, in spacings, of the line a point's nearest piece is told by: long lines would overlap, and the nearer of
+"""Half length, in spacings, of the line a point's nearest piece is told by: long lines would overlap, and
+the nearer of
 two overlapping ones depends on the very noise that is to be averaged."""
 MAX_CELLS = 1 << 20
 
@@ -44,7 +46,7 @@ class Pieces:
 
     centre: Floats
     normal: Floats
-    labels: Ints32
+    labels: Ints16
     origin: Floats
     cell: float
     spacing: float
@@ -156,7 +158,7 @@ def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma:
 
 
 @kernel
-def _spread_out(ridges: Floats, order: Ints32, spacing: float) -> Ints32:  # pragma: no cover
+def _spread_out(ridges: Floats, order: Ints, spacing: float) -> Ints:  # pragma: no cover
     """Greedy choice in the given order, no two closer than the spacing."""
     chosen = np.empty(order.shape[0], dtype=np.int64)
     count = 0
@@ -176,7 +178,7 @@ def _spread_out(ridges: Floats, order: Ints32, spacing: float) -> Ints32:  # pra
 @kernel
 def _label_map(
     centre: Floats, normal: Floats, shape: tuple[int, int], cell: float, spacing: float, gate: float
-) -> Ints32:  # pragma: no cover
+) -> Ints16:  # pragma: no cover
     """Piece nearest to each cell, as the distance to a short line segment."""
     labels = np.full(shape, -1, dtype=np.int16)
     best = np.full(shape, gate * gate)

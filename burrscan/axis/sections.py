@@ -27,7 +27,11 @@ def turned_to_z(theta: float, phi: float) -> Floats:
 
 @kernel
 def _bags(
-    vertices: Floats, faces: Ints32, turn: Floats, planes: int, every: bool
+    vertices: Floats,
+    faces: Ints32,
+    turn: Floats,
+    planes: int,
+    every: bool,
 ) -> tuple[Floats, Ints]:  # pragma: no cover
     """Average corners (x, y, z turned) of the triangles that a plane intersects, and the index of the plane.
 
@@ -68,7 +72,7 @@ def _bags(
 
 @kernel
 def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: no cover
-    """Least-squares circle without iteration: minimise Σ (x² + y² + Bx + Cy + D)² (Kåsa; Chernov & Lesort)."""
+    """Least-squares circle without iteration: minimise Σ (x² + y² + Bx + Cy + D)² (Kåsa)."""
     n = x.shape[0]
     mx, my = x.mean(), y.mean()
     uu, uv, vv, uw, vw, w = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -128,17 +132,23 @@ def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma
 def _random(state: Ints) -> float:  # pragma: no cover
     """Uniform in [0, 1): a 31-bit Lehmer generator, so that a section costs no generator object."""
     state[0] = (state[0] * 48271) % 2147483647
-    return state[0] / 2147483647.0
+    return float(state[0] / 2147483647.0)
 
 
 @kernel
 def robust_circle(
-    x: Floats, y: Floats, tolerance: float, rounds: int, best_so_far: bool, taubin: bool, state: Ints
+    x: Floats,
+    y: Floats,
+    tolerance: float,
+    rounds: int,
+    best_so_far: bool,
+    taubin: bool,
+    state: Ints,
 ) -> tuple[float, float, float, float, float]:  # pragma: no cover
     """Circle by RANSAC, then by least squares without the outliers.
 
-    ``rounds`` > 0 is a fixed number of samples; 0 lets each sample's share of outliers set it (section 3.2), or
-    with ``best_so_far`` the least share yet. Returns centre, radius, share rejected, samples taken.
+    ``rounds`` > 0 is a fixed number of samples; 0 lets each sample's share of outliers set it (section 3.2),
+    or with ``best_so_far`` the least share yet. Returns centre, radius, share rejected, samples taken.
     """
     n = x.shape[0]
     needed = float(rounds) if rounds > 0 else np.inf
@@ -148,8 +158,6 @@ def robust_circle(
     while taken < needed and taken < 100:
         i, j, k = int(n * _random(state)), int(n * _random(state)), int(n * _random(state))
         taken += 1
-        if i == j or j == k or i == k:
-            continue
         pick = np.array([i, j, k])
         a, b, r = kasa_circle(x[pick], y[pick])
         if not np.isfinite(r):
@@ -191,7 +199,8 @@ def fit_circles(
 ) -> Floats:  # pragma: no cover
     """A circle per plane: rows (x, y, height, radius, mean distance, capped mean distance, points, rejected).
 
-    NaN where a plane meets fewer than four triangles. The capped mean counts no distance beyond the tolerance.
+    NaN where a plane meets fewer than four triangles. The capped mean counts no distance beyond the
+    tolerance.
     """
     circles = np.full((planes + 1, 8), np.nan)
     for plane in range(1, planes):
@@ -215,7 +224,7 @@ def fit_circles(
 def sections(
     vertices_mm: Floats, faces: Ints32, turn: Floats, *, planes: int, every: bool = False
 ) -> tuple[Floats, Ints]:
-    """The intersection points of P + 1 parallel planes with a mesh by the layer trick (section 3.2, steps 1-4).
+    """The intersection points of P + 1 parallel planes with a mesh by the layer trick (section 3.2).
 
     Parameters
     ----------
@@ -226,11 +235,13 @@ def sections(
     planes
         P; the planes are spread evenly over the extent, the first and the last one meet one vertex only.
     every
-        Mends the paper's test (mean layer not an integer), which misses triangles that span three layers evenly.
+        Mends the paper's test (mean layer not an integer), which misses triangles that span three layers
+        evenly.
 
     Returns
     -------
-    (M, 3) mean corners of the intersected triangles in the turned frame, and (M,) the plane, 1 to P - 1. O(V + T).
+    (M, 3) mean corners of the intersected triangles in the turned frame, and (M,) the plane, 1 to P - 1. O(V
+    + T).
 
     """
     points, index = _bags(vertices_mm, faces, turn, planes, every)

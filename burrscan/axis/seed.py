@@ -3,12 +3,15 @@
 Kept as the paper has it, where it is odd or says nothing:
 
 - The grid of orientations visits one pole n times and never the other end: 7 distinct directions for n = 3.
-- A triangle counts as intersected when the mean of its corners' layers is not an integer, so one that spans three
+- A triangle counts as intersected when the mean of its corners' layers is not an integer, so one that spans
+three
   layers evenly is missed; its mean corner stands for the intersection.
-- Each RANSAC sample sets the number of samples anew from its own share of outliers, not from the best one yet. A
+- Each RANSAC sample sets the number of samples anew from its own share of outliers, not from the best one
+yet. A
   hundred samples are the most taken; ``ransac_rounds=5`` is what the paper says "will do" for its data.
 - The mean distance is over all intersection points of a circle, outliers included, then over the circles.
-- Steps are taken in (θ, φ) as if they were a plane, with s = Δθ / |∇f| (the paper's formula is garbled in print).
+- Steps are taken in (θ, φ) as if they were a plane, with s = Δθ / |∇f| (the paper's formula is garbled in
+print).
 - The location is the centre nearest to the other centres after RANSAC, not their mean.
 
 :func:`find_axis_seed_mended` mends these and nothing else of the idea: circles in parallel sections.
@@ -35,7 +38,7 @@ GROWTH = 10.0
 
 
 def orientation_grid(n: int, sampling: str) -> Floats:
-    """(n², 2) orientations (θ, φ): θ = iπ/n with φ = acos(2j/n - 1), or jπ/n for naive sampling (figure 5)."""
+    """(n², 2) orientations (θ, φ): θ = iπ/n with φ = acos(2j/n - 1), or jπ/n if naive (figure 5)."""
     theta = np.arange(n) * np.pi / n
     j = np.arange(n)
     phi = np.arccos(2.0 * j / n - 1.0) if sampling == "uniform" else j * np.pi / n
@@ -56,7 +59,7 @@ def quality_of(circles: Floats, measure: str) -> float:
 def steepest_descent(objective: Objective, start: Floats, value: float, step: float) -> tuple[Floats, float]:
     """Steps of length ``step``, halved up to five times until they descend; stops when none does."""
     while True:
-        ahead = np.array([objective(start + [step, 0.0]), objective(start + [0.0, step])])
+        ahead = np.array([objective(start + side) for side in step * np.eye(2)])
         gradient = (ahead - value) / step
         size = float(np.linalg.norm(gradient))
         if not np.isfinite(size) or size == 0.0:
@@ -111,7 +114,7 @@ def find_axis_seed(
     vertices_mm: Floats,
     faces: Ints32 | None,
     *,
-    sigma_mm: Floats | None = None,  # noqa: ARG001 (the paper knows no uncertainties)
+    sigma_mm: Floats | None = None,
     seed: int = 0,
     quality: Quality = "circle_distance",
     sampling: Literal["uniform", "naive"] = "uniform",
@@ -164,7 +167,8 @@ def find_axis_seed(
 
     def circles_at(orientation: Floats) -> Floats:
         points, index = sections(*mesh, turned_to_z(*orientation), planes=planes)
-        return fit_circles(points, index, planes, tolerance_mm, ransac_rounds, False, False, state)
+        circles: Floats = fit_circles(points, index, planes, tolerance_mm, ransac_rounds, False, False, state)
+        return circles
 
     def objective(orientation: Floats) -> float:
         nonlocal evaluations
@@ -205,7 +209,7 @@ def _simplified(vertices: Floats, faces: Ints32, keep_ratio: float) -> tuple[Flo
     if keep_ratio == 1.0:
         return vertices, faces
     try:
-        import fast_simplification  # noqa: PLC0415 (optional)
+        import fast_simplification
     except ModuleNotFoundError as error:
         raise InputError(
             "keep_ratio below 1 needs the package fast-simplification: pip install it"
@@ -226,7 +230,7 @@ def _centres(circles: Floats) -> Floats:
 
 
 def nearest_to_others(centres: Floats, tolerance: float) -> Floats:
-    """The centre with the most others within the tolerance; among its company, the one nearest to the rest."""
+    """The centre with the most others within the tolerance; of its company, the one nearest to the rest."""
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=2)
     company = apart[np.argmax((apart <= tolerance).sum(axis=1))] <= tolerance
     inside = np.flatnonzero(company)
@@ -261,7 +265,8 @@ def find_axis_seed_mended(
     """The seed's idea with its slips mended.
 
     Directions even over a hemisphere; steps in the tangent plane of the sphere, halved down to 0.001 degrees;
-    every intersected triangle; RANSAC by the best sample yet, the same samples for every orientation; circles by
+    every intersected triangle; RANSAC by the best sample yet, the same samples for every orientation;
+    circles by
     Taubin's method, which Kåsa's bias on short arcs does not draw into the patch; distances capped at the
     tolerance, which is three sigma (or 1 % of the rms radius where no sigma is known); the centres' mean.
     """
@@ -272,7 +277,8 @@ def find_axis_seed_mended(
     def circles_at(direction: Floats) -> Floats:
         points, index = sections(*mesh, _frame(direction), planes=planes, every=True)
         state: Ints = np.array([1 + seed % 2147483646], dtype=np.int64)
-        return fit_circles(points, index, planes, tolerance, 0, True, True, state)
+        circles: Floats = fit_circles(points, index, planes, tolerance, 0, True, True, state)
+        return circles
 
     def objective(direction: Floats) -> float:
         nonlocal evaluations

@@ -1,7 +1,7 @@
 """Noise reduction along a dense mesh before anything reads positions as shape.
 
-At a noise of 1 mm on a grid of 0.5 mm every face normal is noise. Averages over neighbours keep what an axis is
-found from: they treat every meridian alike, so they blur the generatrix but do not tilt the axis.
+At a noise of 1 mm on a grid of 0.5 mm every face normal is noise. Averages over neighbours keep what an axis
+is found from: they treat every meridian alike, so they blur the generatrix but do not tilt the axis.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def smoothed(points: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> 
 
 @kernel
 def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
-    """Noise of the raw points, from the median distance that smoothing moved them (mostly along the normal)."""
+    """Noise of the raw points, from the median distance that smoothing moved them (along the normal)."""
     bins = np.zeros(2048)
     for i in range(raw.shape[0]):
         x, y, z = raw[i, 0] - smooth[i, 0], raw[i, 1] - smooth[i, 1], raw[i, 2] - smooth[i, 2]
@@ -102,9 +102,10 @@ def smoothed_cloud(points: Floats, *, rounds: int, neighbours: int = 8) -> Float
     """The same for points without faces: the mean over the nearest neighbours. O(V log V)."""
     tree = cKDTree(points)
     for _ in range(rounds):
-        distance, index = tree.query(points, k=min(neighbours, len(points)))
-        limit = EDGE_LIMIT * np.median(distance[:, -1])
-        near = distance < max(float(limit), 1e-300)
+        found = tree.query(points, k=min(neighbours, len(points)))
+        distance, index = np.asarray(found[0]), np.asarray(found[1])
+        limit = EDGE_LIMIT * float(np.median(distance[:, -1]))
+        near = np.asarray(distance < max(limit, 1e-300))
         near[:, 0] = True
         points = np.einsum("nk,nki->ni", near, points[index]) / near.sum(axis=1)[:, None]
         tree = cKDTree(points)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats, Ints16
 from burrscan.axis.fit import TUKEY, Fit, curve, meridian, off_piece, piece_of
 from burrscan.axis.kernel import kernel
 
@@ -19,14 +19,15 @@ LEAST_SHARE = 0.3
 
 @dataclass(frozen=True)
 class Spread:
-    """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and the share of the information that is real.
+    """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and how much of the information is real.
 
     Parameters
     ----------
     covariance
         (4, 4) dimensionless.
     share
-        Least ratio, over all changes of pose, of the information without to that with the noise of the slopes.
+        Least ratio, over all changes of pose, of the information without to that with the noise of the
+        slopes.
     noise
         Standard deviation of the raw points about the generatrix.
 
@@ -47,7 +48,7 @@ def _tally(
     centre: Floats,
     normal: Floats,
     coefficients: Floats,
-    labels: Ints32,
+    labels: Ints16,
     origin: Floats,
     cell: float,
     spacing: float,
@@ -59,11 +60,11 @@ def _tally(
 ) -> Floats:  # pragma: no cover
     """Everything :func:`spread_of` needs, in one pass.
 
-    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums, per
-    piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it. Returns
-    Σ w J Jᵀ. The piece and J of a point come from its smoothed position, its residual from the raw one: smoothing
-    correlates neighbours, and what the pose makes of a neighbourhood's noise it hardly changes. Inliers count
-    fully: a weight that shrinks with the residual would shrink the stated spread.
+    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
+    per piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it.
+    The result is Σ w J Jᵀ. The piece and J of a point come from its smoothed position, its residual from
+    the raw one: smoothing correlates neighbours, and what the pose makes of a neighbourhood's noise it hardly
+    changes. Inliers count fully: a weight that shrinks with the residual would shrink the stated spread.
     """
     J, K = np.zeros(4), np.zeros(4)
     A = np.zeros((4, 4))
@@ -130,8 +131,8 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
     """Uncertainty of a fit. O(V).
 
     The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
-    widened where sums over patches of the surface vary more than independent points would (quasi-likelihood with
-    the clustered scores of Liang & Zeger), as with correlated noise, treads or spokes.
+    widened where sums over patches of the surface vary more than independent points would (quasi-likelihood
+    with the clustered scores of Liang & Zeger), as with correlated noise, treads or spokes.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))

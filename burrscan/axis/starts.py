@@ -15,7 +15,7 @@ from burrscan.axis.surfels import Surfels
 WIDTH = 0.08
 """Angle, in radians, at which a normal counts half (Geman & McClure)."""
 FARTHEST = 8.0
-"""An axis further than this many rms radii from the data is none: a turn about it is a shift along a prism."""
+"""An axis further than this many rms radii is none: a turn about it is a shift along a prism."""
 
 
 def hemisphere(count: int) -> Floats:
@@ -61,7 +61,8 @@ def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) 
             bv += w * nu * b
         det = suu * svv - suv * suv
         cu, cv = (svv * bu - suv * bv) / det, (suu * bv - suv * bu) / det
-    return cu * uv[0] + cv * uv[1]
+    point: Floats = cu * uv[0] + cv * uv[1]
+    return point
 
 
 @kernel
@@ -165,7 +166,7 @@ def _grid(
 def candidate_axes(
     surfels: Surfels, *, grid: int = 120, descents: int = 10, keep: int = 4
 ) -> tuple[list[tuple[Floats, Floats, float]], int]:
-    """The best few distinct (direction, point, cost), in the surfels' frame, best first; and the evaluations."""
+    """The best few distinct (direction, point, cost), best first; and the evaluations."""
     p, n, w = surfels.points, surfels.normals, surfels.weights
     few = max(1, len(w) // 400)
     sparse = p[::few].copy(), n[::few].copy(), w[::few].copy()
