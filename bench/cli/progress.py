@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -29,14 +30,16 @@ def shown(title: str) -> Iterator[Callable[[Progress], None]]:
         TimeRemainingColumn(),
     )
     with Bar(*columns, console=console, speed_estimate_period=3600.0) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda state: bar.update(
-            task, total=state.total, completed=state.done, description=_describe(title, state)
-        )
+        yield partial(_draw, bar, title)
 
 
-def _describe(title: str, state: Progress) -> str:
-    return f"{title} [red]{state.failed} failed[/]" if state.failed else title
+def _draw(bar: Bar, title: str, state: Progress) -> None:
+    """Draw the bar; it starts with what was done before, which tells nothing of the time left."""
+    description = f"{title} [red]{state.failed} failed[/]" if state.failed else title
+    if not bar.tasks:
+        bar.add_task(description, total=state.total, completed=state.done)
+    else:
+        bar.update(bar.tasks[0].id, completed=state.done, description=description)
 
 
 def _line(title: str, state: Progress) -> None:
