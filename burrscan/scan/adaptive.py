@@ -14,12 +14,13 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
+from burrscan.errors import InputError
 from burrscan.scan.consistency import consistent
 from burrscan.scan.exposure import Response, bracket, even
 from burrscan.scan.guess import fill
 from burrscan.scan.intensity import intensities
 from burrscan.scan.known_light import light_bias_px
-from burrscan.scan.matched import Reading, read
+from burrscan.scan.matched import LEAST_FREQUENCIES, Reading, read
 from burrscan.scan.plan import plan_exposures_ms
 from burrscan.scan.stripes import Stripes, stripes
 from burrscan.scan.torn import torn
@@ -31,8 +32,8 @@ from burrscan.triangulation import epipolar_v
 def scan_adaptive(
     scanner: Scanner,
     *,
+    frames: int = 60,
     crude_frequencies: int = 7,
-    frequencies: int = 11,
     bracket_ratio: float = 17.0,
     least_intensity: float = 0.005,
     max_sigma_px: float = 0.35,
@@ -43,8 +44,10 @@ def scan_adaptive(
     ----------
     scanner
         The instrument.
-    crude_frequencies, frequencies
-        Stripe frequencies of the crude and of the final round, three frames each.
+    frames
+        Pictures in all: what the bracket, the crude round and a white picture leave goes to the final round.
+    crude_frequencies
+        Stripe frequencies of the crude round, three frames each.
     bracket_ratio
         Between the exposures of the bracket.
     least_intensity
@@ -58,10 +61,19 @@ def scan_adaptive(
     With the default camera: 5 pictures for the bracket, 21 crude, 33 final, 1 white; 60 in all.
     O(frames · pixels + lit pixels · frequencies · columns).
 
+    Raises
+    ------
+    burrscan.errors.InputError
+        When ``frames`` leave fewer than five frequencies for the final round.
+
     """
     camera = scanner.camera
     response = bracket(scanner, ratio=bracket_ratio, black_rungs=1)
     width = scanner.rig.projector.width
+    frequencies = (frames - response.frames - 3 * crude_frequencies - 1) // 3
+    if frequencies < LEAST_FREQUENCIES:
+        least = response.frames + 3 * crude_frequencies + 1 + 3 * LEAST_FREQUENCIES
+        raise InputError(f"{frames} frames are too few for this adaptive scan: give it at least {least}")
     crude_code, final_code = stripes(crude_frequencies, width=width), stripes(frequencies, width=width)
     period_px = 1.0 / float(np.sqrt(np.mean(final_code.per_column**2)))
     crude_ms, final_ms = plan_exposures_ms(
@@ -91,7 +103,7 @@ def scan_adaptive(
         frames=response.frames + len(crude_code) + len(final_code) + 1,
         exposures_ms=(final_ms, crude_ms),
         white=white,
-        saturated=crude.clipped & final.clipped & ~correspondence.mask,
+        saturated=crude.clipped & final.clipped,
         pattern=shown.frames[-1],
         image=images[-1],
         intensity=intensity.astype(np.float32),

@@ -24,7 +24,7 @@ _MAIN_LOBE_PX = 5.0
 _DETECTION_Z = 4.0
 _MODULATION_ERROR = 0.02
 _INDIRECT_GUESS = 0.15
-_LEAST_FREQUENCIES = 5
+LEAST_FREQUENCIES = 5
 _ILL_FITTING = 12.0
 _FOOTPRINT_PX2 = 0.15
 _FOOTPRINT_ERROR_PX2 = 0.05
@@ -146,7 +146,7 @@ def _read(
         for c in range(width):
             mean, usable = phasors(images, r, c, sheet, turns, z, variance)
             clipped[r, c] = usable < len(f)
-            if usable < _LEAST_FREQUENCIES or not _detected(z, variance, usable):
+            if usable < LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
             unknown = (_INDIRECT_GUESS * _indirect(z, variance, mean, dark[r, c])) ** 2
             u, v, best, second = _search(z, variance + unknown, f, g, nodes[r, c], columns)

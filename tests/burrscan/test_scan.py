@@ -132,3 +132,11 @@ def test_unknown_code_is_refused() -> None:
         scan_fixed(Instrument(small_rig(width=80)), code="gray_fase")
     with pytest.raises(InputError, match="steps"):
         scan_fixed(Instrument(small_rig(width=80)), parameters={"step": 4})
+
+
+def test_the_budget_of_frames_is_kept() -> None:
+    scan = resolve("adaptive", METHODS, stage="scan")
+    instrument = Instrument(small_rig(width=80))
+    assert scan(instrument, frames=50).frames == instrument.frames <= 50
+    with pytest.raises(InputError, match="at least 42"):
+        scan(Instrument(small_rig(width=80)), frames=30)
