@@ -19,10 +19,10 @@ ALIKE = 4.0
 
 def find_axis_andrews_sequin(
     vertices_mm: Floats,
-    faces: Ints32 | None,
+    faces: Ints32 | None,  # noqa: ARG001
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,
+    seed: int = 0,  # noqa: ARG001
 ) -> Axis:
     """Solve the generalised eigenproblem once. O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)

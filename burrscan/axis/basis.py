@@ -20,7 +20,7 @@ def perpendicular_basis(direction: Floats) -> Floats:
     return np.stack([e1, np.cross(direction, e1)], axis=1)
 
 
-def T_part_mesh(point_mm: Floats, direction: Floats) -> Floats:
+def T_part_mesh(point_mm: Floats, direction: Floats) -> Floats:  # noqa: N802
     """4×4 motion from the mesh to the part frame: z along the axis, origin at its point, x = e1."""
     basis = perpendicular_basis(direction)
     rotation = np.stack([basis[:, 0], basis[:, 1], direction])

@@ -16,7 +16,7 @@ EXACT = 5e-5
 """Deviations below this share of the rms radius are not the shape's: voxel means bend by as much."""
 LEAST_SAGITTA = 3.0
 """An arc that bulges by less than this many sigma of one point is too short to tell its axis."""
-ROUNDS = 6
+ROUNDS = 4
 
 
 def undetermined(points: Floats, weights: Floats, sigma: float, covariance: Floats) -> tuple[str, ...]:
@@ -66,8 +66,8 @@ def _robust(design: Floats, target: Floats, weights: Floats, scale_of: Floats | 
     factor = weights
     sigma = np.inf
     for _ in range(ROUNDS):
-        root = np.sqrt(factor)
-        solution = np.linalg.lstsq(design * root[:, None], target * root, rcond=None)[0]
+        weighted = design * factor[:, None]
+        solution = np.linalg.solve(weighted.T @ design + 1e-15 * np.eye(design.shape[1]), weighted.T @ target)
         residual = target - design @ solution
         if scale_of is not None:
             centre = solution[:3]

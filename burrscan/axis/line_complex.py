@@ -19,10 +19,10 @@ ROUNDS = 20
 
 def find_axis_line_complex(
     vertices_mm: Floats,
-    faces: Ints32 | None,
+    faces: Ints32 | None,  # noqa: ARG001
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,
+    seed: int = 0,  # noqa: ARG001
 ) -> Axis:
     """Least squares, every patch alike. O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)
@@ -32,10 +32,10 @@ def find_axis_line_complex(
 
 def find_axis_line_complex_robust(
     vertices_mm: Floats,
-    faces: Ints32 | None,
+    faces: Ints32 | None,  # noqa: ARG001
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,
+    seed: int = 0,  # noqa: ARG001
 ) -> Axis:
     """The same, reweighted by flatness and by each normal's angle (Geman-McClure). O(V)."""
     cloud, surfels = patches(vertices_mm, sigma_mm)

@@ -20,7 +20,7 @@ SAMPLE = 6
 
 def find_axis_potsac(
     vertices_mm: Floats,
-    faces: Ints32 | None,
+    faces: Ints32 | None,  # noqa: ARG001
     *,
     sigma_mm: Floats | None = None,
     seed: int = 0,

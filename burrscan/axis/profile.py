@@ -33,7 +33,7 @@ def find_axis_profile(
     faces: Ints32 | None,
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,
+    seed: int = 0,  # noqa: ARG001
     smoothing: int = 2,
     full_steps: int = 2,
 ) -> Axis:

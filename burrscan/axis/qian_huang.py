@@ -22,10 +22,10 @@ LEAST = 6
 
 def find_axis_qian_huang(
     vertices_mm: Floats,
-    faces: Ints32 | None,
+    faces: Ints32 | None,  # noqa: ARG001
     *,
     sigma_mm: Floats | None = None,
-    seed: int = 0,
+    seed: int = 0,  # noqa: ARG001
     directions: int = 400,
     sections: int = 12,
     zooms: int = 4,

@@ -31,7 +31,7 @@ def _bags(
     faces: Ints32,
     turn: Floats,
     planes: int,
-    every: bool,
+    every: bool,  # noqa: FBT001
 ) -> tuple[Floats, Ints]:  # pragma: no cover
     """Average corners (x, y, z turned) of the triangles that a plane intersects, and the index of the plane.
 
@@ -136,13 +136,13 @@ def _random(state: Ints) -> float:  # pragma: no cover
 
 
 @kernel
-def robust_circle(
+def robust_circle(  # noqa: C901
     x: Floats,
     y: Floats,
     tolerance: float,
     rounds: int,
-    best_so_far: bool,
-    taubin: bool,
+    best_so_far: bool,  # noqa: FBT001
+    taubin: bool,  # noqa: FBT001
     state: Ints,
 ) -> tuple[float, float, float, float, float]:  # pragma: no cover
     """Circle by RANSAC, then by least squares without the outliers.
@@ -193,8 +193,8 @@ def fit_circles(
     planes: int,
     tolerance: float,
     rounds: int,
-    best_so_far: bool,
-    taubin: bool,
+    best_so_far: bool,  # noqa: FBT001
+    taubin: bool,  # noqa: FBT001
     state: Ints,
 ) -> Floats:  # pragma: no cover
     """A circle per plane: rows (x, y, height, radius, mean distance, capped mean distance, points, rejected).

@@ -114,7 +114,7 @@ def find_axis_seed(
     vertices_mm: Floats,
     faces: Ints32 | None,
     *,
-    sigma_mm: Floats | None = None,
+    sigma_mm: Floats | None = None,  # noqa: ARG001
     seed: int = 0,
     quality: Quality = "circle_distance",
     sampling: Literal["uniform", "naive"] = "uniform",
@@ -209,7 +209,7 @@ def _simplified(vertices: Floats, faces: Ints32, keep_ratio: float) -> tuple[Flo
     if keep_ratio == 1.0:
         return vertices, faces
     try:
-        import fast_simplification
+        import fast_simplification  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise InputError(
             "keep_ratio below 1 needs the package fast-simplification: pip install it"

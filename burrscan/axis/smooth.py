@@ -6,6 +6,8 @@ is found from: they treat every meridian alike, so they blur the generatrix but 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -14,6 +16,19 @@ from burrscan.axis.kernel import kernel
 
 EDGE_LIMIT = 3.0
 """Edges longer than this many median edges join different surfaces, or an outlier, and carry nothing."""
+
+
+@kernel
+def _bin_of(square: float) -> int:  # pragma: no cover
+    """One of 2048 bins, 32 to each power of two: a histogram that needs no range and no order."""
+    mantissa, exponent = math.frexp(square)
+    return min(2047, max(0, (exponent + 40) * 32 + int((mantissa - 0.5) * 64.0)))
+
+
+@kernel
+def _middle_of(index: int) -> float:  # pragma: no cover
+    """The middle of a bin."""
+    return math.ldexp(0.5 + (index % 32 + 0.5) / 64.0, index // 32 - 40)
 
 
 @kernel
@@ -27,12 +42,12 @@ def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no co
             x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
             square = max(square, x * x + y * y + z * z)
         if square > 0.0:
-            bins[min(2047, max(0, int(1024 + 32 * np.log2(square))))] += 1.0
+            bins[_bin_of(square)] += 1.0
     half, total = 0.5 * bins.sum(), 0.0
     for k in range(2048):
         total += bins[k]
         if total >= half:
-            return float(2.0 ** ((k + 0.5 - 1024) / 32))
+            return _middle_of(k)
     return 0.0
 
 
@@ -89,12 +104,12 @@ def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
         x, y, z = raw[i, 0] - smooth[i, 0], raw[i, 1] - smooth[i, 1], raw[i, 2] - smooth[i, 2]
         square = x * x + y * y + z * z
         if square > 0.0:
-            bins[min(2047, max(0, int(1024 + 32 * np.log2(square))))] += 1.0
+            bins[_bin_of(square)] += 1.0
     half, total = 0.5 * bins.sum(), 0.0
     for k in range(2048):
         total += bins[k]
         if total >= half > 0.0:
-            return float(2.0 ** ((k + 0.5 - 1024) / 64) / 0.6745)
+            return float(np.sqrt(_middle_of(k)) / 0.6745)
     return 0.0
 
 
