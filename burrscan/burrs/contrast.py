@@ -17,14 +17,16 @@ from burrscan.burrs.field import Field
 
 _RANK = 0.9
 """The surroundings are as strong as this quantile of them."""
+_CREST = 0.95
 _LEAST_CONTRAST = 2.5
+"""Least ratio of an anomaly's crest (this quantile of it) to the strength of its surroundings."""
 _ROWS, _COLUMNS = 8, 40
 """How far the surroundings reach, in cells."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
-_COMMON = 0.98
-_FLOOR = 1.5
-"""An anomaly is higher than so many times what a fiftieth of the field reaches."""
+_COMMON = 0.9
+_FLOOR = 2.0
+"""An anomaly is higher than so many times what a tenth of the field reaches."""
 _WHOLE = 0.5
 """What covers more than this share of a row is part of the generatrix."""
 _LEAST_VERTICES = 8
@@ -43,7 +45,7 @@ def convincing(field: Field, regions: list[Region]) -> list[Region]:
 
 
 def _floor_mm(field: Field) -> float:
-    """How large errors are that cover a fiftieth of the whole field: no burr is told from those."""
+    """How large errors are that cover a tenth of the whole field: no burr is told from those."""
     most = float(np.quantile(np.abs(field.deviation_mm), 0.995))
     level = _box_means(field.cell, field.deviation_mm, field.count, most, (3, 3), (0, len(field.count)))
     known = np.abs(level[np.isfinite(level)])
@@ -77,8 +79,11 @@ def stands_out(field: Field, region: Region, peak: float) -> bool:
     inside = region.cells & np.isfinite(level)
     if not inside.any():
         return False
-    height = float(np.quantile(region.sign * level[inside], _RANK))
-    return height > _LEAST_CONTRAST * max(_strength(level, mask) for mask in _surroundings(field, region))
+    height = float(np.quantile(region.sign * level[inside], _CREST))
+    around, beside = _surroundings(field, region)
+    # A ridge that crosses one bad row (a step's edge) is judged by the many others.
+    on_rows = float(np.quantile([_strength(level[row], beside[row]) for row in rows], 0.7))
+    return height > _LEAST_CONTRAST * max(_strength(level, around), on_rows)
 
 
 def _strength(level: Floats, mask: Bools) -> float:
