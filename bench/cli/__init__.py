@@ -9,7 +9,10 @@ import sys
 from collections.abc import Sequence
 from importlib import metadata
 
-COMMANDS = ("doctor", "run", "report", "suites", "show", "render", "scan", "calibrate", "detect")
+COMMANDS = (
+    "doctor", "run", "compare", "accept", "history", "report", "suites", "show", "render", "scan",
+    "calibrate", "detect",
+)  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 
 _DESCRIPTION = """\
@@ -22,9 +25,11 @@ _EXAMPLES = """\
 examples:
   burrscan doctor                     what this machine can render with
   burrscan run quick                  the quick suite, score table and HTML report
+  burrscan compare BEFORE AFTER       what got better or worse, by how much, how sure that is
   burrscan detect wheel.stl           axis, generatrix and burrs of a mesh you have
 
-exit codes: 0 done, 2 the input cannot be used (the message says why), 130 interrupted"""
+exit codes: 0 done, 1 a gate is broken (compare), 2 the input cannot be used (the message says why),
+130 interrupted"""
 
 
 def parser() -> argparse.ArgumentParser:

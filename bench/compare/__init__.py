@@ -1,6 +1,6 @@
 """A/B comparison of two runs, or of two variants of one run, case by case.
 
-:func:`compare_runs` makes a :class:`Comparison`; README.md here says how, and what it was measured to be worth.
+:func:`compare_runs` makes a :class:`Comparison`; README.md says how, and what it was measured to be worth.
 """
 
 from bench.compare.comparison import compare_runs

@@ -37,7 +37,8 @@ def compare_runs(
     base, new
         The runs. Gates and metrics are those of the new run's suite.
     variants
-        A variant of ``base`` and one of ``new``; without it, every variant that both runs have against itself.
+        A variant of ``base`` and one of ``new``; without it, every variant that both have
+        against itself.
     margins
         Metric to equivalence margin, over those of the suite.
 

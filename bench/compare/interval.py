@@ -81,7 +81,7 @@ def scene_estimate(scenes: Floats, *, level: float = 0.95) -> Estimate:
 
 
 def _quantiles(scenes: Floats, mean: float, level: float) -> tuple[float, float]:
-    """The outer quantiles of the studentised mean: the bootstrap's or Student's, whichever lie further out."""
+    """The outer quantiles of the studentised mean: the bootstrap's or Student's, whichever are wider."""
     tails = np.array([(1.0 - level) / 2.0, (1.0 + level) / 2.0])
     low, high = (float(q) for q in student.ppf(tails, len(scenes) - 1))
     if len(scenes) < _FEWEST_RESAMPLED:

@@ -72,7 +72,7 @@ class Pairing:
         return len(np.unique(self.scene))
 
     def per_scene(self, values: Floats) -> Floats:
-        """Mean over each scene's cases of a value per pair (N,); NaN is left out, and scenes of nothing else."""
+        """Mean over each scene's cases of a value per pair (N,); NaN and scenes of nothing else left out."""
         means = [values[(self.scene == k) & ~np.isnan(values)] for k in np.unique(self.scene)]
         return np.array([m.mean() for m in means if len(m)])
 
