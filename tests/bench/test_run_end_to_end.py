@@ -149,17 +149,16 @@ def test_a_torn_run_is_finished_by_two_workers_with_the_same_records(
     assert one == two
 
 
-def test_a_rendered_capture_is_scanned_like_the_scene_itself(
+def test_a_rendered_capture_is_scanned_and_inspected_from_its_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = 'wheel = "paper"\nfinish = "matte"\nrig = { scale = 0.2 }\nrender = { samples = 2 }'
     (tmp_path / "scene.toml").write_text(scene)
-    folder, found = tmp_path / "capture", tmp_path / "found.json"
+    folder, mesh, found = tmp_path / "capture", tmp_path / "scan.ply", tmp_path / "found.json"
     assert main(["render", str(tmp_path / "scene.toml"), "--out", str(folder), "--scan", "fixed"]) == 0
-    assert main(["scan", str(folder), "--scan", "fixed", "--json", str(found)]) == 0
-    assert "pixels" in capsys.readouterr().out
+    assert main(["scan", str(folder), "--ply", str(mesh)]) == 0
+    assert main(["detect", str(mesh), "--json", str(found)]) == 0
+    assert "generatrix" in capsys.readouterr().out
     direction = json.loads(found.read_text())["axis"]["direction"]
     truth = dict(np.load(folder / "truth.npz"))["T_part_camera"][2, :3]
     assert abs(float(np.dot(direction, truth))) > np.cos(np.radians(2.0))
-    assert main(["scan", str(folder), "--scan", "adaptive"]) == 2
-    assert "no shot" in capsys.readouterr().err
