@@ -24,6 +24,8 @@ TUKEY = 5.0
 FLOOR = 1e-7
 """Least noise, in units of the rms radius."""
 THINNED_STEPS = 4
+SETTLED = 0.2
+"""A step of less than this many standard deviations of the pose is the last one."""
 BINS = 256
 FEWEST = 12.0
 """A piece with less than this weight of points, or less than a fortieth of the mean weight, is left out."""
@@ -225,6 +227,8 @@ def refine(
         The axis to start from.
     blur
         Resolution of the pieces.
+    steps
+        Most steps with all points.
     sigma
         Noise to start from; without it the pieces are fitted first, and their noise is taken.
     raw_sigma
@@ -246,14 +250,20 @@ def refine(
         fit.sigma = sigma
     elif count:
         _step(points, weights, fit, gate, freedom=0.0)
-    for data in ([thinned] * THINNED_STEPS if thinned else []) + [(points, weights)] * steps:
-        if count:
-            _step(*data, fit, gate)
+    if count and thinned is not None:
+        for _ in range(THINNED_STEPS):
+            _step(thinned[0], thinned[1], fit, gate)
+    for _ in range(steps if count else 0):
+        if _step(points, weights, fit, gate) < SETTLED:
+            break
     return fit
 
 
-def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: float = 1.0) -> None:
-    """One Gauss-Newton step, in place; with no freedom the axis stays and only the generatrix is fitted."""
+def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: float = 1.0) -> float:
+    """One Gauss-Newton step, in place; with no freedom the axis stays and only the generatrix is fitted.
+
+    Returns its length in standard deviations of the pose.
+    """
     sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
     top = min(gate, 8 * fit.sigma)
     _accumulate(points, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma, top, sums, spread)
@@ -266,6 +276,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     fit.place = fit.place - fit.frame @ np.array([step[2], step[3], 0.0])
     fit.sigma = max(median_sigma(spread, top), FLOOR)
     fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
+    return float(np.sqrt(max(float(step @ H @ step), 0.0))) / max(fit.sigma, fit.raw_sigma)
 
 
 def curve(fit: Fit) -> tuple[Any, ...]:

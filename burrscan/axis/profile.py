@@ -35,7 +35,7 @@ def find_axis_profile(
     sigma_mm: Floats | None = None,
     seed: int = 0,  # noqa: ARG001
     smoothing: int = 2,
-    full_steps: int = 2,
+    full_steps: int = 5,
 ) -> Axis:
     """Find the axis by fitting a free generatrix to all points.
 
@@ -46,7 +46,9 @@ def find_axis_profile(
     sigma_mm
         (V,) standard deviations; all alike where None.
     smoothing
-        Rounds of averaging over neighbours before the fit, on dense meshes.
+        Rounds of averaging over neighbours before the fit.
+    full_steps
+        Most Gauss-Newton steps with all points; two or three do.
 
     Complexity: O(V + T).
 

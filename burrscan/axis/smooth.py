@@ -47,7 +47,7 @@ def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no co
     for k in range(2048):
         total += bins[k]
         if total >= half:
-            return _middle_of(k)
+            return float(_middle_of(k))
     return 0.0
 
 
