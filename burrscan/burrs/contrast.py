@@ -82,13 +82,22 @@ def stands_out(field: Field, region: Region, peak: float) -> bool:
     height = float(np.quantile(region.sign * level[inside], _CREST))
     around, beside = _surroundings(field, region)
     # A ridge that crosses one bad row (a step's edge) is judged by the many others.
-    on_rows = float(np.quantile([_strength(level[row], beside[row]) for row in rows], 0.7))
+    on_rows = float(np.quantile(_row_strengths(level[rows], beside[rows]), 0.7))
     return height > _LEAST_CONTRAST * max(_strength(level, around), on_rows)
 
 
 def _strength(level: Floats, mask: Bools) -> float:
     known = np.abs(level[mask & np.isfinite(level)])
     return float(np.quantile(known, _RANK)) if len(known) > 20 else 0.0
+
+
+def _row_strengths(level: Floats, mask: Bools) -> Floats:
+    """:func:`_strength` of every row."""
+    known = mask & np.isfinite(level)
+    ordered = np.sort(np.where(known, np.abs(level), np.inf), axis=1)
+    count = np.count_nonzero(known, axis=1)
+    rank = np.maximum(np.ceil(_RANK * count).astype(np.int64) - 1, 0)
+    return np.where(count > 20, np.take_along_axis(ordered, rank[:, None], axis=1)[:, 0], 0.0)
 
 
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:

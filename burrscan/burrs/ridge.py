@@ -24,6 +24,8 @@ _CLEARLY_WORSE = 8.0
 """Rise of the weighted sum of squares that rules a width out."""
 _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
+_TELLS_SHAPES = 1.5
+"""Half-width, in vertex spacings, from which other cross-sections than the triangle are tried."""
 _F_TEST = 8.0
 """F ratio (2 and many degrees of freedom) from which the height is taken to change along the burr."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
@@ -142,8 +144,9 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
         if len(inside.u_mm) < 6:
             return None
         ridge = _fitted(inside, ridge.parameters, 1, _SYMMETRIC, extent, spacing_mm)
-    ridge = _richest(inside, ridge, spacing_mm)
-    return _averaged(inside, ridge, spacing_mm)
+    if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
+        return _richest(inside, ridge, spacing_mm)
+    return _narrow(inside, ridge, spacing_mm)
 
 
 def _between(patch: Patch, extent: tuple[float, float]) -> Patch:
@@ -291,7 +294,7 @@ def _descend(
             gain = chi2 - outcome
             p, chi2, gradient, normal = trial, outcome, next_gradient, next_normal
             damping *= 0.3
-            if gain < 1e-4 * (1.0 + 1e-3 * chi2):
+            if gain < 3e-3 * (1.0 + 1e-3 * chi2):
                 break
         else:
             damping *= 8.0
@@ -313,18 +316,26 @@ def _over_widths(
 ) -> tuple[Floats, Floats]:
     """Chi-square and parameters of the best ridge of every half-width."""
     chi2, every = np.empty(len(halves)), np.empty((len(halves), 5))
-    for i in range(len(halves)):
+    middle = int(np.argmin(np.abs(halves - start[3])))
+    for way in (1, -1):
+        # Each width starts from its neighbour's solution: the trade between height and width is followed.
         p = start.copy()
-        p[0], p[3] = start[0] * start[3] / halves[i], halves[i]
-        every[i], chi2[i], _normal = _descend(u, v, lift, sigma, p, power, free, halves[i])
+        i = middle
+        while 0 <= i < len(halves):
+            p = p.copy()
+            p[0], p[3] = p[0] * p[3] / halves[i], halves[i]
+            p, chi2[i], _normal = _descend(u, v, lift, sigma, p, power, free, halves[i])
+            every[i] = p
+            i += way
     return chi2, every
 
 
-def _determined(patch: Patch, ridge: Ridge) -> bool:
+def _determined(ridge: Ridge, halves: Floats, chi2: Floats) -> bool:
     """Whether the data refuse a burr narrower or wider by a fifth."""
     limit = ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
     half = float(ridge.parameters[3])
-    return all(_at_width(patch, ridge, share * half).chi2 > limit for share in (0.8, 1.25))
+    far = (halves < 0.8 * half) | (halves > 1.25 * half)
+    return bool((chi2[far] > limit).all())
 
 
 def _with_width_sigma(patch: Patch, ridge: Ridge) -> Ridge:
@@ -342,26 +353,29 @@ def _with_width_sigma(patch: Patch, ridge: Ridge) -> Ridge:
     return replace(ridge, covariance=covariance)
 
 
-def _averaged(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
-    """The ridge of the mean half-width, every width weighted by how well it explains the data.
+def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
+    """A ridge of few vertices across; where they leave its width open, of the mean half-width.
 
     Two vertices on a burr, with none at their sides, are explained equally well by widths from half a vertex
     spacing to one and a half, at heights from one and a half times theirs to infinity. The weights are even
     in height, place and width (which leaves a factor of the width once the first two are integrated out), and
     a burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
     """
-    half = float(ridge.parameters[3])
-    if half > _WELL_SAMPLED * spacing:
-        return ridge
-    halves = np.arange(0.4, max(2.0, 2.0 * half / spacing), 0.1) * spacing
+    half, extent = float(ridge.parameters[3]), (ridge.start_mm, ridge.end_mm)
+    widest = max(2.0, 2.0 * half / spacing)
+    off = np.abs(patch.v_mm - ridge.parameters[1] - ridge.parameters[2] * patch.u_mm)
+    patch = _part(patch, off < (widest + 0.5) * spacing)
+    ridge = _fitted(patch, ridge.parameters, 1, _SYMMETRIC, extent, spacing)
+    halves = np.arange(0.4, widest, 0.1) * spacing
     chi2, every = _over_widths(
-        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, ridge.power, _HELD, halves
+        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, 1, _HELD, halves
     )
-    extent = (ridge.start_mm, ridge.end_mm)
-    other = _fitted(patch, every[int(np.argmin(chi2))], ridge.power, _SYMMETRIC, extent, spacing)
+    other = _fitted(patch, every[int(np.argmin(chi2))], 1, _SYMMETRIC, extent, spacing)
     ridge = other if other.chi2 < ridge.chi2 else ridge
-    if _determined(patch, ridge):
-        return _with_width_sigma(patch, ridge)
+    if _determined(ridge, halves, chi2):
+        # Three vertices across cannot tell one cross-section from another.
+        richer = _richest(patch, ridge, spacing) if half > _TELLS_SHAPES * spacing else ridge
+        return _with_width_sigma(patch, ridge) if richer is ridge else richer
     aspect = np.log((every[:, 0] / (2.0 * halves)).clip(1e-6))
     weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
     weight /= weight.sum()
