@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bench.compare.cases import case_changes, failed_cases
-from bench.compare.holm import holm
 from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.mcnemar import mcnemar_exact
 from bench.compare.pairs import Arm, Pairing, arm_of, pair
 from bench.compare.result import ArmComparison, Comparison, FoundOrMissed, Row
 from bench.compare.rows import FOUND, burr_row, failure_row, metric_row, refused_row
 from bench.compare.values import burr_outcomes
-from bench.compare.verdict import decide
+from bench.compare.verdict import judged
 from bench.run.directory import Run
 from bench.score.metrics import HEADLINE, METRICS
 from burrscan.errors import InputError
@@ -150,25 +146,9 @@ def _found_or_missed(pairing: Pairing) -> FoundOrMissed:
 
 
 def _corrected(arms: Sequence[ArmComparison]) -> tuple[ArmComparison, ...]:
-    """Holm's correction over the gated metrics of all arms together, and the verdicts it leads to.
-
-    Rows whose verdict is settled already, by a fact or because they cannot be compared, are no tests.
-    """
-    tests = [row for arm in arms for row in arm.rows if row.gated and _is_test(row)]
-    adjusted = iter(holm(np.array([row.p for row in tests])).tolist())
-    return tuple(replace(arm, rows=tuple(_judged(row, adjusted) for row in arm.rows)) for arm in arms)
-
-
-def _judged(row: Row, adjusted: Any) -> Row:
-    if not _is_test(row):
-        return row
-    p = next(adjusted) if row.gated else row.p
-    verdict = decide(row.difference, row.low, row.high, p=p, margin=row.margin, better=row.better)
-    return replace(row, p_holm=p, verdict=verdict)
-
-
-def _is_test(row: Row) -> bool:
-    return not math.isnan(row.p)
+    """The arms with their verdicts: all gated metrics of all arms are one family."""
+    rows = iter(judged([row for arm in arms for row in arm.rows]))
+    return tuple(replace(arm, rows=tuple(next(rows) for _ in arm.rows)) for arm in arms)
 
 
 def _provenance(base: Run, new: Run) -> dict[str, tuple[Any, Any]]:

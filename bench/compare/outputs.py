@@ -78,9 +78,7 @@ def _test_case(suite: ET.Element, arm: ArmComparison, row: Row) -> None:
 
 def _cases_test(suite: ET.Element, arm: ArmComparison) -> None:
     """Whether every case of the base could be compared."""
-    case = ET.SubElement(
-        suite, "testcase", classname=f"burrscan.{arm.new_variant}", name="cases"
-    )
+    case = ET.SubElement(suite, "testcase", classname=f"burrscan.{arm.new_variant}", name="cases")
     if left_out := _left_out(arm):
         error = ET.SubElement(case, "error", message=f"{len(left_out)} case(s) not comparable")
         error.set("type", "not comparable")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 Verdict = Literal["worse", "better", "equivalent", "inconclusive", "not comparable"]
+Seen = Literal["worse", "better", ""]
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,9 @@ class Row:
         Pairs with a value in both arms, pairs in all, scenes.
     verdict
         See :func:`bench.compare.verdict.decide`.
+    seen
+        Which way the difference certainly goes, or nothing: zero is outside the interval, and ``p_holm`` at
+        most 0.05. A metric may be equivalent and still be seen to be a little worse.
     note
         What one must know to read the row.
 
@@ -56,6 +60,7 @@ class Row:
     cases: int
     scenes: int
     verdict: Verdict
+    seen: Seen = ""
     note: str = ""
 
 
@@ -189,5 +194,5 @@ class Comparison:
                 words.append(f"{verdict} in {', '.join(dict.fromkeys(row.title.lower() for row in rows))}")
             elif rows:
                 words.append(f"{len(rows)} {verdict}")
-        head = {0: "Nothing is worse", 1: "A gate is broken", 2: "Not all of it can be compared"}
+        head = {0: "Nothing gated is worse", 1: "A gate is broken", 2: "Not all of it can be compared"}
         return f"{head[self.exit_code]}: {self.new} against {self.base} is {'; '.join(words)}."

@@ -118,7 +118,6 @@ def failure_row(pairing: Pairing, *, margin: float, gated: bool) -> Row:
 def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Row:
     """A metric that cannot be compared."""
     metric = METRICS[name]
-    nothing = dict.fromkeys(("base", "new", "difference", "low", "high", "p", "p_holm", "effect"), math.nan)
     return Row(
         metric=name,
         title=metric.title,
@@ -126,7 +125,14 @@ def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Row:
         better=metric.better,
         gated=gated,
         margin=margin,
-        **nothing,
+        base=math.nan,
+        new=math.nan,
+        difference=math.nan,
+        low=math.nan,
+        high=math.nan,
+        p=math.nan,
+        p_holm=math.nan,
+        effect=math.nan,
         pairs=0,
         cases=0,
         scenes=0,

@@ -29,8 +29,13 @@ def cells(row: Row) -> tuple[str, ...]:
         f"±{number(row.margin, row.unit)}",
         p_value(row.p_holm),
         "–" if math.isnan(row.effect) else f"{row.effect:+.2f}",
-        f"{SIGNS[row.verdict]} {row.verdict}",
+        f"{SIGNS[row.verdict]} {row.verdict}{_aside(row)}",
     )
+
+
+def _aside(row: Row) -> str:
+    """What is certain though it does not matter."""
+    return f" (a little {row.seen})" if row.verdict == "equivalent" and row.seen else ""
 
 
 def number(value: float, unit: str, *, sign: bool = False) -> str:

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
-from bench.compare.result import Verdict
+import numpy as np
+
+from bench.compare.holm import holm
+from bench.compare.result import Row, Seen, Verdict
 
 ALPHA = 0.05
 
@@ -34,6 +40,32 @@ def decide(
     """
     if -margin <= low and high <= margin:
         return "equivalent"
+    return seen(difference, low, high, p=p, better=better) or "inconclusive"
+
+
+def seen(difference: float, low: float, high: float, *, p: float, better: Literal["higher", "lower"]) -> Seen:
+    """Which way a difference certainly goes, large or small; the parameters are those of :func:`decide`."""
     if p > ALPHA or low <= 0.0 <= high or not low <= high:
-        return "inconclusive"
+        return ""
     return "better" if (difference > 0.0) == (better == "higher") else "worse"
+
+
+def judged(rows: Sequence[Row]) -> list[Row]:
+    """Rows with corrected p-values and verdicts. The gated ones are one family for Holm's correction.
+
+    Rows that are settled already, by a fact or because they cannot be compared, are no tests.
+    """
+    family = [row.p for row in rows if row.gated and _is_test(row)]
+    adjusted = iter(holm(np.array(family)).tolist())
+    return [_judged(row, adjusted) if _is_test(row) else row for row in rows]
+
+
+def _judged(row: Row, adjusted: Iterator[float]) -> Row:
+    p = next(adjusted) if row.gated else row.p
+    ends = (row.difference, row.low, row.high)
+    verdict = decide(*ends, p=p, margin=row.margin, better=row.better)
+    return replace(row, p_holm=p, verdict=verdict, seen=seen(*ends, p=p, better=row.better))
+
+
+def _is_test(row: Row) -> bool:
+    return not math.isnan(row.p)
