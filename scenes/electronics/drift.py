@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.documents import STRICT
-from scenes.electronics.streams import stream_key
+from scenes.streams import stream_key
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 

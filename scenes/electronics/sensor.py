@@ -9,7 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Floats32, Image
 from scenes.electronics.spec import CameraSpec
-from scenes.electronics.streams import normal_pair, stream_key, uniform
+from scenes.streams import normal_pair, stream_key, uniform
 
 _BLOCKS = 16  # parts of a frame that threads take in turn
 _SMALL_MEAN = 30.0

@@ -11,7 +11,7 @@ import numpy as np
 from burrscan.files import written_whole
 from scenes.transport.matrix import LightTransport, SparseRows
 
-TRANSPORT_VERSION = 3
+TRANSPORT_VERSION = 5
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
 _PARTS = ("direct", "indirect")

@@ -8,12 +8,12 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Bools, Floats32, Ints, Ints32
-from scenes.transport.fireflies import TILE, share_fireflies
 from scenes.transport.footprint import sample_sets
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport, SparseRows
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
+from scenes.transport.sharing import TILE, share
 from scenes.transport.splat import group_by_pixel, response_centres, splat
 
 _SAMPLE_SETS = 256
@@ -177,7 +177,7 @@ def _collect(optics: Optics, paths: _Paths, part: _Pass, samples: int) -> _Rows:
     starts, columns, values = splat(u, v, w, offsets, shape=projector, profile=profile)
     direct = SparseRows(part.all_starts(starts), columns, values)
     light = direct.row_sums().reshape(part.seen.shape)
-    bounced = [share_fireflies(*_lit_samples(lit, part, samples), direct=light) for lit in paths.bounced]
+    bounced = [share(*_lit_samples(lit, part, samples), direct=light) for lit in paths.bounced]
     iu, iv, iw, ioffsets = group_by_pixel(bounced, pixels)
     indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=projector, profile=profile))
     ambient = np.zeros(pixels, np.float32)
