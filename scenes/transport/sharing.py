@@ -4,10 +4,9 @@ Real interreflected light is smooth over neighbouring camera pixels. Sixteen ran
 one that carries much (a dark pixel that happens to see a highlight) makes the pixel glow alone, and a handful
 of paths follows patterns so fine that the integral would wash them out. So every interreflected sample is
 shared, in equal parts, among the lit pixels of the 2×2 tile around it, and one that is too bright among those
-of the smallest tile, up to 16×16, that brings its share below 5 % of the pixel's direct light. A pixel at
-some distance from the one whose path it was would have been lit from another place too: its part comes from a
-projector pixel that is off by up to that distance, at random. No light is lost, and the mean over aligned
-tiles of 16×16 pixels is kept: the test against stock Mitsuba is made on those.
+of the smallest tile, up to 16×16, that brings its share below 5 % of the pixel's direct light. No light is
+lost, and the mean over aligned tiles of 16×16 pixels is kept: the test against stock Mitsuba is made on
+those.
 """
 
 from __future__ import annotations
@@ -16,10 +15,8 @@ import numba as nb
 import numpy as np
 
 from burrscan.arrays import Floats32, Ints, Ints32
-from scenes.streams import stream_key, uniform
 
 _SHARE = 0.05
-_KEY = stream_key((0,), "shared interreflections")
 TILE = 16
 _LEVELS = 4
 
@@ -90,22 +87,6 @@ def _hand_out(pixel: Ints32, levels: Ints, counts: Ints, lit: Floats32, width: i
     return receiver, sample
 
 
-@nb.njit(cache=True)
-def _displace(
-    receiver: Ints32, pixel: Ints32, sample: Ints, u: Floats32, v: Floats32, width: int
-) -> tuple[Floats32, Floats32]:
-    """Projector coordinates of the parts, off by up to the distance of receiver and sample."""
-    out_u, out_v = np.empty(sample.size, np.float32), np.empty(sample.size, np.float32)
-    for k in range(sample.size):
-        s = sample[k]
-        rows = abs(receiver[k] // width - pixel[s] // width)
-        reach = max(rows, abs(receiver[k] % width - pixel[s] % width))
-        counter = np.uint64(2 * k)
-        out_u[k] = u[s] + reach * (2.0 * uniform(_KEY, counter) - 1.0)
-        out_v[k] = v[s] + reach * (2.0 * uniform(_KEY, counter + np.uint64(1)) - 1.0)
-    return out_u, out_v
-
-
 def share(
     pixel: Ints32, u_px: Floats32, v_px: Floats32, weight: Floats32, *, direct: Floats32
 ) -> tuple[Ints32, Floats32, Floats32, Floats32]:
@@ -129,8 +110,7 @@ def share(
     levels = _levels(pixel, weight, reference)
     counts = _receivers(pixel, levels, lit, width)
     receiver, sample = _hand_out(pixel, levels, counts, lit, width)
-    u, v = _displace(receiver, pixel, sample, u_px, v_px, width)
-    return receiver, u, v, (weight / counts.astype(np.float32))[sample]
+    return receiver, u_px[sample], v_px[sample], (weight / counts.astype(np.float32))[sample]
 
 
 def _tile_means(direct: Floats32) -> Floats32:
