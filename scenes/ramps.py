@@ -1,5 +1,6 @@
-"""Simulated ramps of an evenly lit board, for the photometric calibration: a camera and a projector with known
-response curves and crosstalk, shot noise, read noise and rounding.
+"""Simulated ramps of an evenly lit board, for the photometric calibration.
+
+A camera and a projector with known response curves and crosstalk, shot noise, read noise and rounding.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ class RampBench:
         x = np.linspace(0.0, 1.0, 200_001)
         top = (1 << self.bit_depth) - 1
         dn = self.black_dn + (top - self.black_dn) * RESPONSES[self.responses[channel]](x)
-        return np.interp(np.arange(top + 1.0), dn, x, left=np.nan)
+        return np.asarray(np.interp(np.arange(top + 1.0), dn, x, left=np.nan))
 
     def lamp_ramp(self, band: int, exposures_ms: Floats, *, power: float = 1.0) -> ExposureRamp:
         """The board under a narrow-band lamp at each exposure, then with the lamp off at some."""

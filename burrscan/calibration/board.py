@@ -66,7 +66,7 @@ class BoardView:
     @property
     def known(self) -> Bools:
         """(corners,) True where the projector's corner is known."""
-        return np.isfinite(self.projector_px).all(axis=-1)
+        return np.asarray(np.isfinite(self.projector_px).all(axis=-1))
 
 
 def board_view(name: str, white: Image, correspondence: Correspondence, board: Board) -> BoardView:
@@ -106,7 +106,7 @@ def find_corners(white: Image, board: Board) -> Floats | None:
 
 
 def projector_corners(corners: Floats, correspondence: Correspondence, board: Board) -> Floats:
-    """Corners in the projector's image, by a homography around each (Moreno & Taubin 2012, section 4.3).
+    """Corners in the projector's image, by a homography around each (Moreno & Taubin 2012).
 
     Parameters
     ----------
@@ -163,4 +163,4 @@ def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:
         off = np.stack([affine @ h[:3], affine @ h[3:6]], axis=-1) / depth[:, None] - d
         size = np.hypot(off[:, 0], off[:, 1])
         keep = size <= _OUTLIER_Z * np.median(size) + 1e-9
-    return centre + h[[2, 5]]
+    return np.asarray(centre + h[[2, 5]])

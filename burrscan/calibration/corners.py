@@ -77,7 +77,7 @@ def refined(image: Image, corners: Floats, *, rows: int) -> Floats:
         better = costs < cost
         p[better], cost[better] = tried[better], costs[better]
         damping = np.where(better, damping / 5.0, damping * 5.0)
-    settled = (np.abs(p[:, :2]) < 0.5 * step[:, None]).all(axis=1)
+    settled = np.asarray((np.abs(p[:, :2]) < 0.5 * step[:, None]).all(axis=1))
     return np.where(settled[:, None], corners + p[:, :2], corners)
 
 

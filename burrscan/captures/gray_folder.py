@@ -185,7 +185,7 @@ def _camera_of(pairs: Image) -> CameraSheet:
     """A data sheet by the photon transfer of the pictures themselves.
 
     The sum of a picture and its inverse is the same for every bit, but for noise: its variance over the bits
-    is ``gain · sum + 2 · read noise²`` (EMVA 1288, section 6), a straight line whose slope is the gain.
+    is ``gain · sum + 2 · read noise²`` (EMVA 1288), a straight line whose slope is the gain.
     """
     depth = next(d for d in _DEPTHS if int(pairs.max()) < 1 << d)
     top = (1 << depth) - 1
