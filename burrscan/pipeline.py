@@ -13,6 +13,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.checks import axis_checks
 from burrscan.axis.face import FEWEST, checked_mesh
 from burrscan.correspondence import Scan
 from burrscan.documents import STRICT
@@ -187,12 +188,14 @@ def inspect_surface(
     deviation = np.full(len(vertices_mm), np.nan)
     deviation[known] = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start
+    checks = _timed(timings, "checks", axis_checks, vertices, used, axis, deviation_mm=deviation[known])
     return Inspection(
         axis=axis,
         generatrix=generatrix,
         burrs=burrs,
         T_part_mesh=T_part_mesh(axis.point_mm, axis.direction),
         deviation_mm=deviation,
+        checks=checks,
         timings_s=timings,
     )
 

@@ -109,17 +109,20 @@ def _cost(surfels: Surfels, direction: Floats, place: Floats) -> float:
 def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
     """The first harmonic of the deviations around the axis, as a wrong axis would leave it."""
     known = np.isfinite(deviation)
-    e = perpendicular_basis(axis.direction)
-    across = (vertices[known] - axis.point_mm) @ e
-    phi = np.arctan2(across[:, 1], across[:, 0])
     d = deviation[known]
-    sigma = 1.4826 * float(np.median(np.abs(d - np.median(d)))) if len(d) else 0.0
-    d = np.clip(d, -3.0 * sigma, 3.0 * sigma)
-    design = np.column_stack([np.ones(len(d)), np.cos(phi), np.sin(phi)])
-    wave, *_ = np.linalg.lstsq(design, d, rcond=None) if len(d) > 3 else (np.zeros(3),)
-    swing = float(np.ptp(design[:, 1:] @ wave[1:])) if len(d) > 3 else 0.0
-    share = swing / sigma if sigma > 0.0 else 0.0
+    across = (vertices[known] - axis.point_mm) @ perpendicular_basis(axis.direction)
+    sigma = 1.4826 * float(np.median(np.abs(d - np.median(d)))) if len(d) > 3 else 0.0
+    share = _swing(d, across, 3.0 * sigma) / sigma if sigma > 0.0 else 0.0
     return Check(
         "residual_symmetry", share < LARGEST_WAVE, share, LARGEST_WAVE, "",
         "swing of the deviations once around the axis, over their robust spread",
     )  # fmt: skip
+
+
+def _swing(deviation: Floats, across: Floats, limit: float) -> float:
+    """Peak to peak of the wave a + b cos + c sin through the deviations, each cut off at ``limit``."""
+    around = across / np.maximum(np.sqrt(np.einsum("ij,ij->i", across, across)), 1e-300)[:, None]
+    design = np.column_stack([np.ones(len(around)), around])
+    cut = np.clip(deviation, -limit, limit)
+    wave = np.linalg.lstsq(design.T @ design, design.T @ cut, rcond=1e-10)[0]
+    return float(np.ptp(around @ wave[1:]))

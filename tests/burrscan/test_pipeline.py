@@ -47,3 +47,15 @@ def test_the_same_mesh_gives_the_same_bits() -> None:
     first, second = (inspect_surface(scan.vertices_mm, scan.faces, Pipeline()) for _ in range(2))
     assert np.array_equal(first.deviation_mm, second.deviation_mm, equal_nan=True)
     assert np.array_equal(first.generatrix.r_mm, second.generatrix.r_mm, equal_nan=True)
+
+
+def test_an_inspection_carries_its_secondary_tests() -> None:
+    scan = revolution_scan(sigma_mm=0.1, shape=(240, 90))
+    checks = inspect_surface(scan.vertices_mm, scan.faces, Pipeline()).checks
+    assert {"determined", "centres_collinear", "landscape_margin", "residual_symmetry"} <= {
+        check.name for check in checks
+    }
+    assert all(check.passed for check in checks)
+    ball = revolution_scan("sphere", sigma_mm=0.1, shape=(160, 80))
+    checks = inspect_surface(ball.vertices_mm, ball.faces, Pipeline()).checks
+    assert "determined" in {check.name for check in checks if not check.passed}
