@@ -6,7 +6,7 @@ import pytest
 
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
-from scenes.electronics.streams import stream_key
+from scenes.streams import stream_key
 
 CAMERA = CameraSpec(bit_depth=12, full_well_e=10_000.0, read_noise_e=4.0, black_level_dn=64.0)
 Z = 4.0
