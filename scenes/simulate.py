@@ -111,6 +111,8 @@ def _light(
         scene.rig,
         [scene.projector.fill, scene.projector.blur_px],
         render,
+        mi.__version__,
+        mi.variant(),
     )
     transport = stored(
         cache_dir,

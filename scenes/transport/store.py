@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,24 +16,62 @@ from scenes.transport.matrix import LightTransport, SparseRows
 TRANSPORT_VERSION = 5
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
+FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"
+"""Names the folder of stored transports; ``off`` keeps none."""
+
+_LIMIT_BYTES = 4 << 30
 _PARTS = ("direct", "indirect")
 _IMAGES = ("ambient", "u_px", "v_px", "spread_px")
 
 
-def stored(folder: Path | None, key: str, make: Callable[[], LightTransport]) -> LightTransport:
+def default_folder() -> Path | None:
+    """Where runs keep transports: ``$BURRSCAN_TRANSPORTS`` or the user's cache; None for ``off``."""
+    named = os.environ.get(FOLDER_VARIABLE, "")
+    if named:
+        return None if named == "off" else Path(named)
+    cache = os.environ.get("XDG_CACHE_HOME", "")
+    base = Path(cache) if Path(cache).is_absolute() else Path.home() / ".cache"
+    return base / "burrscan" / "transports"
+
+
+def stored(
+    folder: Path | None, key: str, make: Callable[[], LightTransport], *, limit_bytes: int = _LIMIT_BYTES
+) -> LightTransport:
     """The transport of content ``key`` from ``folder``, or made and left there.
 
-    Several processes may share a folder: files appear whole, and a damaged one is made again.
+    Several processes may share a folder: files appear whole, and a damaged one is made again. When the folder
+    grows beyond ``limit_bytes``, what was used longest ago goes. A folder that cannot be written costs time,
+    not the run.
     """
     if folder is None:
         return make()
     path = folder / f"transport-{TRANSPORT_VERSION}-{key}.npz"
     try:
-        return _read(path)
+        transport = _read(path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):
         transport = make()
-        _write(path, transport)
-        return transport
+        with suppress(OSError):
+            _write(path, transport)
+            _forget_oldest(folder, limit_bytes)
+    else:
+        with suppress(OSError):
+            os.utime(path)
+    return transport
+
+
+def _forget_oldest(folder: Path, limit_bytes: int) -> None:
+    """Remove stored transports, longest unused first, until they fit."""
+    files = []
+    for path in folder.glob("transport-*.npz"):
+        with suppress(FileNotFoundError):  # another process was faster
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    total = sum(size for _, size, _ in files)
+    for _, size, path in sorted(files)[:-1]:
+        if total <= limit_bytes:
+            break
+        path.unlink(missing_ok=True)
+        total -= size
 
 
 def _read(path: Path) -> LightTransport:

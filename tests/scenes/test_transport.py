@@ -1,5 +1,7 @@
 """The traced transport against stock Mitsuba and against plain numpy."""
 
+import os
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -270,6 +272,29 @@ def test_stored_transport_is_the_same_and_a_damaged_one_is_made_again(tmp_path: 
     next(tmp_path.iterdir()).write_bytes(b"broken")
     stored(tmp_path, "key", make)
     assert len(made) == 2
+
+
+def test_a_full_store_forgets_what_was_used_longest_ago(tmp_path: Any) -> None:
+    rows = SparseRows(np.array([0, 1]), np.array([3], np.int32), np.array([0.5], np.float32))
+    image = np.zeros((64, 64), np.float32)
+    transport = LightTransport((64, 64), (2, 2), rows, rows, image, image, image, image)
+    for age, key in ((30, "a"), (20, "b"), (10, "c")):
+        stored(tmp_path, key, lambda: transport)
+        path = next(tmp_path.glob(f"*-{key}.npz"))
+        os.utime(path, (time.time() - age, time.time() - age))
+    stored(tmp_path, "a", lambda: transport)  # used again: now the youngest
+    size = path.stat().st_size
+    stored(tmp_path, "d", lambda: transport, limit_bytes=int(2.5 * size))
+    left = {path.name.split("-")[-1].removesuffix(".npz") for path in tmp_path.iterdir()}
+    assert left == {"a", "d"}
+
+
+def test_a_store_that_cannot_be_written_costs_nothing_but_time(tmp_path: Any) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    rows = SparseRows(np.array([0, 1]), np.array([3], np.int32), np.array([0.5], np.float32))
+    image = np.zeros((1, 1), np.float32)
+    transport = LightTransport((1, 1), (2, 2), rows, rows, image, image, image, image)
+    assert stored(tmp_path / "file", "key", lambda: transport) is transport
 
 
 def test_stock_refuses_what_it_cannot_render(mi: Any) -> None:
