@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.ndimage import binary_erosion
 
-from burrscan.arrays import Floats, Floats32
+from burrscan.arrays import Floats, Floats32, Ints32
 from burrscan.errors import InputError
 from burrscan.rig import View
 from scenes.pose import PoseSpec
@@ -101,10 +101,11 @@ def test_splat_equals_a_dense_matrix(profile: PixelProfile) -> None:
 
 def test_grouping_keeps_every_sample() -> None:
     rng = np.random.default_rng(1)
-    parts = []
+    parts: list[tuple[Ints32, Floats32, Floats32, Floats32]] = []
     for n in (50, 70):
         pixel = np.sort(rng.integers(0, 20, n)).astype(np.int32)
-        parts.append((pixel, *(rng.random(n).astype(np.float32) for _ in range(3))))
+        u, v, w = (rng.random(n).astype(np.float32) for _ in range(3))
+        parts.append((pixel, u, v, w))
     _, _, w, offsets = group_by_pixel(parts, 20)
     sums = np.add.reduceat(np.append(w, 0.0), offsets[:-1]) * (np.diff(offsets) > 0)
     want = sum(np.bincount(p[0], weights=p[3], minlength=20) for p in parts)
@@ -216,7 +217,7 @@ def test_footprint_noise_is_a_hundredth_of_a_pixel(mi: Any) -> None:
     many = trace(mi, scene, optics, samples=512, bounces=1, seed=2)
     whole = (many.spread_px < 0.5) & (few.spread_px < 0.5)
     inner = binary_erosion(
-        whole, np.ones((3, 3))
+        whole, np.ones((3, 3), np.bool_)
     )  # creases and silhouettes cut footprints: no one place there
     error = np.abs(few.u_px - many.u_px)
     assert inner.sum() > 5000
