@@ -23,7 +23,7 @@ from burrscan.errors import InputError
 _DEGREE = 3
 _PIECES = 16
 _OCTAVES = 5
-_BEND = 0.5
+_BEND = 0.2
 """Standard deviation taken for granted of a slope's second difference between knots, relative to the slope.
 
 It is loose, and decides only where no picture does.

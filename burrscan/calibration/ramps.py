@@ -101,11 +101,16 @@ def tiles_of(images: Image, *, saturation_dn: int) -> Tiles:
     )
 
 
-def ramp_exposures_ms(longest_ms: float, *, count: int = 24, octaves: float = 7.0) -> Floats:
-    """Exposures for a ramp up to ``longest_ms``, which should just clip: half are even, half by octaves."""
-    even = np.linspace(longest_ms / count, longest_ms, count - count // 2)
-    octave = longest_ms * 2.0 ** -np.linspace(0.5, octaves, count // 2)
-    return np.sort(np.concatenate([even, octave]))
+def ramp_exposures_ms(longest_ms: float, *, octaves: float = 7.0) -> Floats:
+    """36 exposures for a ramp up to ``longest_ms``, which should just clip.
+
+    A third goes down by octaves, a third is even, a third lies close below the clipping, to which the curve is
+    scaled.
+    """
+    even = np.linspace(longest_ms / 12.0, longest_ms, 12)
+    top = np.linspace(0.72, 1.0, 12, endpoint=False) * longest_ms
+    octave = longest_ms * 2.0 ** -np.linspace(0.5, octaves, 12)
+    return np.sort(np.concatenate([even, top, octave]))
 
 
 def _check(images: Image, exposures_ms: Floats, marks: Bools | Ints) -> None:
