@@ -19,6 +19,8 @@ from burrscan.calibration.board import Board, BoardView
 _POSE = 6
 _WEIGHT_STEPS = 3
 _OUTLIER_Z = 5.0
+_MOST_STEPS = 60
+"""Ten are enough from the closed forms; views that leave parameters open would take thousands."""
 
 
 class Start(NamedTuple):
@@ -109,7 +111,9 @@ def _solved(
     def jacobian(p: Floats) -> Floats:
         return -_seen(p, start, points)[1][used].reshape(-1, len(p)) * weight[:, None]
 
-    found = least_squares(residual, x, jac=jacobian, method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12)
+    found = least_squares(
+        residual, x, jac=jacobian, method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12, max_nfev=_MOST_STEPS
+    )
     return residual(found.x), jacobian(found.x), found.x
 
 
@@ -155,12 +159,13 @@ def composed(first: Floats, second: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _variances(residual: Floats, jacobian: Floats, used: Bools) -> tuple[Floats, Floats]:
     """Factor on each device's sigma by its residuals and their redundancy; and the inverse normal matrix."""
-    q, r = np.linalg.qr(jacobian)
-    redundancy = 1.0 - (q * q).sum(axis=1)
+    unit = np.sqrt((jacobian**2).sum(axis=0))  # focal lengths and distortions differ by powers of ten
+    scaled = jacobian / unit
+    inverse = np.linalg.inv(scaled.T @ scaled)
+    redundancy = 1.0 - ((scaled @ inverse) * scaled).sum(axis=1)
     device = np.broadcast_to(np.arange(2)[None, :, None, None], (*used.shape, 2))[used].ravel()
     squares = np.bincount(device, residual**2, 2) / np.maximum(np.bincount(device, redundancy, 2), 1.0)
-    inverse = np.linalg.inv(r)
-    return np.sqrt(np.maximum(squares, 1e-12)), inverse @ inverse.T
+    return np.sqrt(np.maximum(squares, 1e-12)), inverse / np.outer(unit, unit)
 
 
 def _outliers(residual: Floats, used: Bools, scale: Floats) -> Bools:
