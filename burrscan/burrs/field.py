@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs.border import inner
+from burrscan.burrs.stated import calibrated
 from burrscan.generatrix.cells import arc_of
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
@@ -80,16 +82,17 @@ class Field:
 
 
 def field_of(
-    vertices_mm: Floats, axis: Axis, generatrix: Generatrix, *, sigma_mm: Floats | float | None
+    vertices_mm: Floats, faces: Ints32, axis: Axis, generatrix: Generatrix, *, sigma_mm: Floats | float | None
 ) -> Field:
-    """Compute the residual field. O(V + cells)."""
+    """Compute the residual field; border vertices are in it, but do not count in its cells. O(V + T)."""
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile, line)
     valid = foot.valid
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
-    return _gridded(line, known, profile.angle[valid], np.nan_to_num(stated[valid]), _finest(profile))
+    counts = inner(faces, len(vertices_mm))[valid]
+    return _gridded(line, known, profile.angle[valid], np.nan_to_num(stated[valid]), counts, _finest(profile))
 
 
 def _finest(profile: Profile) -> float:
@@ -97,7 +100,9 @@ def _finest(profile: Profile) -> float:
     return 1e-9 * float(np.nanmax(profile.r_mm)) + 1e-300
 
 
-def _gridded(line: Polyline, foot: Foot, angle: Floats, stated: Floats, finest: float) -> Field:
+def _gridded(
+    line: Polyline, foot: Foot, angle: Floats, stated: Floats, counts: Bools, finest: float
+) -> Field:
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
@@ -111,8 +116,8 @@ def _gridded(line: Polyline, foot: Foot, angle: Floats, stated: Floats, finest: 
         cell = _cells(along, angle, arc, step_mm, step_rad, shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
-    sigma = np.maximum(sigma, stated)
-    count, score = _summed(deviation, sigma, cell, shape)
+    sigma = np.maximum(sigma, calibrated(stated, deviation))
+    count, score = _summed(deviation, sigma, cell, counts, shape)
     return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
 
 
@@ -312,9 +317,13 @@ def _local_noise(
 
 
 @njit(cache=True, nogil=True)
-def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:
+def _summed(
+    deviation: Floats, sigma: Floats, cell: Ints32, counts: Bools, shape: tuple[int, int]
+) -> tuple[Floats, Floats]:
     count, score = np.zeros(shape), np.zeros(shape)
     for i in range(len(deviation)):
+        if not counts[i]:
+            continue
         z = min(max(deviation[i] / sigma[i], -_CLIP), _CLIP)
         count[cell[i, 0], cell[i, 1]] += 1.0
         score[cell[i, 0], cell[i, 1]] += z

@@ -17,7 +17,7 @@ _MARGIN = 4
 
 def burrs_residual(
     vertices_mm: Floats,
-    faces: Ints32,  # noqa: ARG001 (every method takes them)
+    faces: Ints32,
     axis: Axis,
     generatrix: Generatrix,
     *,
@@ -52,7 +52,7 @@ def burrs_residual(
     O(V). Detection: :mod:`burrscan.burrs.detect`; measure: :mod:`burrscan.burrs.ridge`.
 
     """
-    field = field_of(vertices_mm, axis, generatrix, sigma_mm=sigma_mm)
+    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
     taken = np.zeros(field.count.shape, dtype=np.bool_)
     for region in found:

@@ -73,7 +73,7 @@ def burrs_seed(
         return ()
     agree = _agreeing(angles, np.radians(tolerance_deg), iterations, np.random.default_rng(seed + 1))
     angle = float(np.angle(np.exp(1j * angles[agree]).sum()))
-    field = field_of(vertices_mm, axis, generatrix, sigma_mm=sigma_mm)
+    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     chance = min(2.0 * np.radians(tolerance_deg) / field.arc[1], 1.0)
     significance = _significance(int(agree.sum()), len(angles), chance, iterations)
     turn = np.abs(np.angle(np.exp(1j * (field.angle - angle))))

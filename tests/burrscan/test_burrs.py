@@ -190,7 +190,7 @@ def test_the_threshold_keeps_its_promise() -> None:
     scan = revolution_scan("cylinder", sigma_mm=0.05, seed=13)
     axis = exact_axis(scan)
     field = field_of(
-        scan.vertices_mm, axis, fit_generatrix(scan.vertices_mm, scan.faces, axis), sigma_mm=None
+        scan.vertices_mm, scan.faces, axis, fit_generatrix(scan.vertices_mm, scan.faces, axis), sigma_mm=None
     )
     limit = threshold(int((field.count > 0).sum()), false_calls_per_wheel=0.3)
     rng = np.random.default_rng(0)

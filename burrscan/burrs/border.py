@@ -1,0 +1,41 @@
+"""Vertices at the border of a mesh: half of what such a pixel sees is hidden or in shadow."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Bools, Ints, Ints32
+
+_MOST = 0.35
+"""A mesh with a larger share of border than this is full of pinholes: its border is nothing special."""
+
+
+def inner(faces: Ints32, count: int) -> Bools:
+    """(count,) True for the vertices that do not lie on the border of their mesh.
+
+    The footprint of a pixel at a terminator, a limb or a step in depth is seen or lit in part only, and its
+    centroid is off its centre. So vertices on a border err together, all the way along it, by more than
+    their noise: no mean over them tells a burr. For clouds and meshes full of pinholes all are inner. O(T).
+    """
+    if not len(faces):
+        return np.ones(count, dtype=np.bool_)
+    balance, used = _balance(faces, count)
+    inside: Bools = (balance == 0) | ~used
+    return inside if inside.mean() > 1.0 - _MOST else np.ones(count, dtype=np.bool_)
+
+
+@njit(cache=True, nogil=True)
+def _balance(faces: Ints32, count: int) -> tuple[Ints, Bools]:
+    """Per vertex, the next less the previous corner over all its faces.
+
+    In a fan that closes each neighbour is next once and previous once; in one with a gap two are left over.
+    """
+    balance, used = np.zeros(count, np.int64), np.zeros(count, np.bool_)
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        balance[a] += b - c
+        balance[b] += c - a
+        balance[c] += a - b
+        used[a] = used[b] = used[c] = True
+    return balance, used
