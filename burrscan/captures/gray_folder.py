@@ -27,6 +27,8 @@ _FEWEST_LIT = 100
 _LEAST_SHARE = 0.25
 _NOISE_BINS = 32
 _PER_BIN = 200
+_LEAST_GAIN = 1e-4
+_LEAST_SPREAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -202,14 +204,16 @@ def _camera_of(pairs: Image) -> CameraSheet:
 def _photon_transfer(mean: Floats, variance: Floats, freedom: int) -> tuple[float, float]:
     """Slope and intercept of variance over mean, from medians in bins of equal count."""
     order: Ints = np.argsort(mean, kind="stable")
-    bins = [b for b in np.array_split(order, _NOISE_BINS) if len(b) >= _PER_BIN]
-    if len(bins) < 2:  # too few unclipped pixels: one DN of noise, as good a guess as any
-        return 0.01, 2.0
+    bins = np.array_split(order, min(max(len(mean) // _PER_BIN, 1), _NOISE_BINS))
+    if not len(mean):
+        return _LEAST_GAIN, 2.0  # everything clips somewhere: a noise of one DN, as good a guess as any
     x = np.array([mean[b].mean() for b in bins])
     # the median of chi² over its degrees of freedom (Wilson & Hilferty 1931)
     y = np.array([np.median(variance[b]) for b in bins]) / (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    if np.ptp(x) < _LEAST_SPREAD * x.max():
+        return _LEAST_GAIN, float(y.mean())
     slope, intercept = np.polyfit(x, y, 1, w=1.0 / np.maximum(y, 1e-3))
-    return max(float(slope), 1e-4), float(intercept)
+    return (float(slope), float(intercept)) if slope > _LEAST_GAIN else (_LEAST_GAIN, float(y.mean()))
 
 
 def plain_gray_patterns(*, width: int, height: int) -> Patterns:

@@ -1,0 +1,199 @@
+"""Plain Gray-code folders: the real capture, the layout, and what is said of folders that are not right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from burrscan import Correspondence, InputError, Rig
+from burrscan.arrays import Floats, Image, Ints
+from burrscan.captures.gray_folder import (
+    GrayCapture,
+    decode_gray_capture,
+    gray_frames,
+    is_gray_folder,
+    plain_gray_patterns,
+    read_gray_folder,
+)
+from burrscan.captures.opencv import read_opencv_rig
+from burrscan.captures.rows import along_baseline, exchanged
+from burrscan.triangulation import triangulate
+from tests.burrscan.instrument import plane_depth, small_rig
+
+PROCAM = Path(__file__).parents[2] / "../shared/data/captures/procam"
+here = pytest.mark.skipif(not PROCAM.is_dir(), reason="../shared/data is not here")
+SIZE = {"width": 40, "height": 24}
+
+
+@pytest.fixture(scope="module")
+def procam() -> GrayCapture:
+    return read_gray_folder(PROCAM / "capture_0", width=1024, height=768)
+
+
+def by_opencv(pairs: Image, extent: int) -> tuple[Ints, Ints]:
+    """OpenCV's ``GrayCodePattern::getProjPixel`` again: codes, and whether every bit differs by 5."""
+    on, off = pairs[0::2].astype(int), pairs[1::2].astype(int)
+    sure = (np.abs(on - off) >= 5).all(axis=0)
+    bits = np.logical_xor.accumulate(on > off, axis=0)  # Gray to binary: each bit adds those above it
+    code = (bits * (1 << np.arange(len(bits))[::-1])[:, None, None]).sum(axis=0)
+    return code, sure & (code < extent)
+
+
+@here
+def test_the_real_capture_agrees_with_opencvs_rule(procam: GrayCapture) -> None:
+    ours = decode_gray_capture(procam)
+    assert ours.v_px is not None
+    u, u_sure = by_opencv(procam.columns, 1024)
+    v, v_sure = by_opencv(procam.rows, 768)
+    both = ours.mask & u_sure & v_sure
+    off = np.maximum(np.abs(ours.u_px - u), np.abs(ours.v_px - v))[both]
+    assert both.sum() > 700_000
+    assert (off <= 0.5).mean() >= 0.99  # half a pixel: a pixel on the border of two columns
+    assert ours.mask.mean() > 0.6
+
+
+@here
+def test_the_real_capture_decodes_without_tears(procam: GrayCapture) -> None:
+    """Independent of any other decoder: neighbours on one surface see neighbouring projector pixels."""
+    ours = decode_gray_capture(procam)
+    step = np.abs(np.diff(ours.u_px, axis=1))
+    pairs = ours.mask[:, 1:] & ours.mask[:, :-1]
+    assert (step[pairs] <= 2.0).mean() > 0.999
+
+
+@here
+def test_opencv_calibrations_are_read() -> None:
+    rig = read_opencv_rig(PROCAM / "calibration_result.xml", projector=(1024, 768), camera=(1280, 1024))
+    assert rig.camera.fx == pytest.approx(3452.39, abs=0.01)
+    assert rig.projector.distortion[4] == pytest.approx(1.69850, abs=1e-4)
+    assert np.allclose(
+        rig.T_projector_camera[:3, :3] @ rig.T_projector_camera[:3, :3].T, np.eye(3), atol=1e-9
+    )
+    assert rig.baseline_mm == pytest.approx(np.linalg.norm([85.737, -630.457, -100.844]), abs=0.01)
+
+
+def test_opencv_calibrations_that_lack_something_say_what(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_opencv_rig(tmp_path / "none.xml", projector=(4, 3), camera=(4, 3))
+    (tmp_path / "text.xml").write_text("hello")
+    with pytest.raises(InputError, match="FileStorage"):
+        read_opencv_rig(tmp_path / "text.xml", projector=(4, 3), camera=(4, 3))
+    storage = cv2.FileStorage(str(tmp_path / "part.xml"), cv2.FILE_STORAGE_WRITE)
+    storage.write("cam_int", np.eye(3))
+    storage.release()
+    with pytest.raises(InputError, match="lacks camera distortion"):
+        read_opencv_rig(tmp_path / "part.xml", projector=(4, 3), camera=(4, 3))
+
+
+def write_folder(folder: Path, *, noise: float = 1.0) -> tuple[Floats, Floats]:
+    """A board before a 40×24 projector, seen by a camera of 60×50 pixels; returns true columns and rows."""
+    rows, columns = np.mgrid[:50, :60].astype(float)
+    u, v = 2.0 + 0.6 * columns + 0.02 * rows, 1.0 + 0.4 * rows
+    shown = plain_gray_patterns(**SIZE).frames
+    rng = np.random.default_rng(0)
+    folder.mkdir(exist_ok=True)
+    for i, frame in enumerate(shown):
+        seen = 10.0 + 150.0 * (frame[np.rint(v).astype(int), np.rint(u).astype(int)] > 0)
+        picture = np.clip(np.rint(seen + noise * rng.standard_normal(seen.shape)), 0, 255).astype(np.uint8)
+        cv2.imwrite(str(folder / f"graycode_{i:02d}.png"), picture)
+    return u, v
+
+
+def decoded(folder: Path) -> Correspondence:
+    return decode_gray_capture(read_gray_folder(folder, **SIZE))
+
+
+def test_a_written_folder_decodes_to_its_truth(tmp_path: Path) -> None:
+    u, v = write_folder(tmp_path)
+    assert is_gray_folder(tmp_path)
+    found = decoded(tmp_path)
+    assert found.v_px is not None
+    assert found.mask.all()
+    assert np.array_equal(found.u_px, np.rint(u))
+    assert np.array_equal(found.v_px, np.rint(v))
+
+
+def test_the_cameras_noise_is_measured_from_the_pictures(tmp_path: Path) -> None:
+    write_folder(tmp_path, noise=4.0)
+    camera = read_gray_folder(tmp_path, **SIZE).camera
+    assert camera.bit_depth == 8
+    assert camera.noise_dn(np.array([80.0]))[0] == pytest.approx(4.0, rel=0.15)
+
+
+def spoil(folder: Path, number: int, change: object) -> None:
+    path = folder / f"graycode_{number:02d}.png"
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    cv2.imwrite(str(path), change(image))  # type: ignore[operator]
+
+
+def test_a_missing_picture_is_named(tmp_path: Path) -> None:
+    write_folder(tmp_path)
+    (tmp_path / "graycode_07.png").unlink()
+    with pytest.raises(InputError, match=r"picture 7 is missing; a projector of 40×24 takes 24 pictures"):
+        decoded(tmp_path)
+
+
+def test_a_gap_that_was_renumbered_is_noticed(tmp_path: Path) -> None:
+    write_folder(tmp_path)
+    frames = [tmp_path / f"graycode_{i:02d}.png" for i in range(gray_frames(**SIZE))]
+    pictures = [path.read_bytes() for path in frames]
+    del pictures[7]
+    for path, picture in zip(frames, [*pictures, pictures[-1]], strict=True):
+        path.write_bytes(picture)
+    with pytest.raises(InputError, match=r"do not differ|not a picture and its inverse"):
+        decoded(tmp_path)
+
+
+def test_sizes_colours_and_depths(tmp_path: Path) -> None:
+    write_folder(tmp_path)
+    spoil(tmp_path, 3, lambda image: cv2.merge([image] * 3))
+    assert decoded(tmp_path).mask.all()  # equal channels are grey
+    spoil(tmp_path, 3, lambda image: image * np.array([1, 0, 1], np.uint8))
+    with pytest.raises(InputError, match=r"graycode_03\.png: a colour image"):
+        decoded(tmp_path)
+    write_folder(tmp_path)
+    spoil(tmp_path, 4, lambda image: image[:-1])
+    with pytest.raises(InputError, match=r"graycode_04.png: 60×49 pixels, but graycode_00.png has 60×50"):
+        decoded(tmp_path)
+    write_folder(tmp_path)
+    for number in range(gray_frames(**SIZE)):
+        spoil(tmp_path, number, lambda image: image.astype(np.uint16) * 16)
+    assert read_gray_folder(tmp_path, **SIZE).camera.bit_depth == 12
+    assert decoded(tmp_path).mask.all()
+
+
+def test_a_black_capture_says_what_to_check(tmp_path: Path) -> None:
+    write_folder(tmp_path)
+    for number in range(gray_frames(**SIZE)):
+        spoil(tmp_path, number, np.zeros_like)
+    with pytest.raises(InputError, match=r"nothing decodes.*lens cap.*projector.*exposure"):
+        decoded(tmp_path)
+
+
+def test_folders_that_hold_no_capture(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        decoded(tmp_path / "none")
+    with pytest.raises(InputError, match="no numbered pictures"):
+        decoded(tmp_path)
+
+
+def test_exchanged_axes_are_the_same_geometry() -> None:
+    """Rows of a rig whose projector stands below triangulate as columns of the exchanged rig."""
+    rig = small_rig(distortion=(-0.1, 0.02, 0.002, -0.001, 0.0))
+    turn = np.array([[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    below = Rig(rig.camera, rig.projector, turn @ rig.T_projector_camera)
+    rays = rig.camera.rays(rig.camera.pixel_grid())
+    points = rays * plane_depth(rays)[..., None]
+    uv = below.correspond(points)
+    ones = np.full(uv.shape[:2], 0.1, np.float32)
+    seen = Correspondence(uv[..., 0].astype(np.float32), ones, ones > 0, uv[..., 1].astype(np.float32), ones)
+    by_rows, exchanged_rig = along_baseline(seen, below)
+    found, sigma = triangulate(by_rows, exchanged_rig)
+    assert np.abs(found - points).max() < 0.02
+    assert np.isfinite(sigma).all()
+    again = exchanged(exchanged_rig)
+    assert again.projector == below.projector
+    assert np.allclose(again.T_projector_camera, below.T_projector_camera)
