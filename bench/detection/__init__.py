@@ -1,0 +1,16 @@
+"""Probability of detection: how large a burr must be to be found, and how sure that is.
+
+After MIL-HDBK-1823A, ASTM E2862 (hit/miss) and ASTM E3023 (signal response). README.md says which model and
+which interval is which.
+"""
+
+from bench.detection.chart import chart, sizes_told
+from bench.detection.curve import PodCurve, Share, share_bounds
+from bench.detection.hit_miss import fit_hit_miss
+from bench.detection.records import Detection, detection, detections
+from bench.detection.signal import fit_signal
+
+__all__ = [
+    "Detection", "PodCurve", "Share", "chart", "detection", "detections", "fit_hit_miss", "fit_signal",
+    "share_bounds", "sizes_told",
+]  # fmt: skip

@@ -1,0 +1,143 @@
+"""What a fit of either kind says, and shares with exact bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.stats import beta
+
+from burrscan.arrays import Bools, Floats
+from burrscan.errors import InputError
+
+Scale = Literal["log", "linear"]
+
+
+@dataclass(frozen=True)
+class PodCurve:
+    """A fitted curve of the probability of detection (POD) over size.
+
+    Parameters
+    ----------
+    model
+        In words.
+    band
+        How the intervals were made.
+    size, pod, low, high
+        (K,) the curve, with its pointwise two-sided 95 % band.
+    a50, a90
+        Sizes detected with a probability of 0.5 and 0.9; NaN where the curve does not get there, or no size
+        was missed.
+    a50_interval, a90_interval
+        Two-sided, 95 %.
+    a90_95
+        The upper 95 % confidence bound of a90: infinite where these data do not show that any size is
+        detected with 0.9.
+    floor, ceiling
+        The curve's asymptotes: what is "detected" by false calls alone, and what the largest burrs reach.
+    trials, hits
+        Burrs there were, burrs found.
+
+    """
+
+    model: str
+    band: str
+    size: Floats
+    pod: Floats
+    low: Floats
+    high: Floats
+    a50: float
+    a90: float
+    a50_interval: tuple[float, float]
+    a90_interval: tuple[float, float]
+    a90_95: float
+    floor: float
+    ceiling: float
+    trials: int
+    hits: int
+
+
+@dataclass(frozen=True)
+class Share:
+    """Found of all burrs near one size, with exact two-sided 95 % bounds."""
+
+    size: float
+    hits: int
+    trials: int
+    low: float
+    high: float
+
+
+def share_bounds(hits: int, trials: int, *, level: float = 0.95, sides: int = 2) -> tuple[float, float]:
+    """Clopper and Pearson's exact bounds of a share.
+
+    One-sided (``sides=1``) each end holds with ``level`` by itself: 29 hits of 29 show 0.902, the rule of
+    "29 of 29" by which a90/95 is demonstrated at a single size.
+    """
+    tail = (1.0 - level) / sides
+    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1.0 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
+    return low, high
+
+
+def shares(size: Floats, hit: Bools, *, bins: int = 8) -> tuple[Share, ...]:
+    """Shares found at each size, or in groups of equal number where there are more sizes than ``bins``."""
+    values = np.unique(size)
+    edges = (
+        values if len(values) <= bins else np.unique(np.quantile(size, np.linspace(0.0, 1.0, bins + 1))[:-1])
+    )
+    group = np.searchsorted(edges, size, side="right")
+    found = []
+    for number in np.unique(group):
+        here = group == number
+        hits, trials = int(hit[here].sum()), int(here.sum())
+        found.append(Share(float(size[here].mean()), hits, trials, *share_bounds(hits, trials)))
+    return tuple(found)
+
+
+def to_scale(size: Floats, scale: Scale) -> Floats:
+    """Sizes on the axis on which the curve is straight; on a log axis blank sites (0) are at minus infinity.
+
+    Raises
+    ------
+    InputError
+        When a size is negative or not finite.
+
+    """
+    if not np.all(np.isfinite(size) & (size >= 0.0)):
+        raise InputError("sizes of burrs must be finite and not negative")
+    with np.errstate(divide="ignore"):
+        return np.log(size) if scale == "log" else np.asarray(size, float)
+
+
+def from_scale(x: float, scale: Scale) -> float:
+    """Back to a size; a size below nought is nought, NaN stays NaN."""
+    with np.errstate(over="ignore"):
+        return float(np.exp(x)) if scale == "log" else float(np.maximum(x, 0.0))
+
+
+def grid(x: Floats, scale: Scale, points: int = 81) -> Floats:
+    """Places (K,) on the curve's axis that cover the sizes seen and a little more."""
+    known = x[np.isfinite(x)]
+    room = 0.15 * float(np.ptp(known))
+    low = float(known.min()) - room
+    return np.linspace(low if scale == "log" else max(low, 0.0), float(known.max()) + room, points)
+
+
+def crossing(x: Floats, height: Callable[[float], float], level: float) -> float:
+    """Where a rising function passes ``level``: looked for on ``x`` stretched tenfold; infinite if nowhere.
+
+    Minus infinity when it is above ``level`` from the start.
+    """
+    middle, half = 0.5 * float(x[0] + x[-1]), 0.5 * float(x[-1] - x[0])
+    low, high = middle - 10.0 * half, middle + 10.0 * half
+    if height(low) >= level:
+        return -np.inf
+    if height(high) < level:
+        return np.inf
+    for _ in range(60):
+        centre = 0.5 * (low + high)
+        low, high = (low, centre) if height(centre) >= level else (centre, high)
+    return 0.5 * (low + high)

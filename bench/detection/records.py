@@ -1,0 +1,164 @@
+"""From the records of a run to detection curves, with the false calls they were bought with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from bench.compare.interval import scene_estimate
+from bench.detection.curve import PodCurve, Scale, Share, shares
+from bench.detection.hit_miss import fit_hit_miss
+from bench.detection.signal import fit_signal
+from bench.run.records import Record
+from burrscan.arrays import Bools, Floats
+from burrscan.errors import InputError
+
+Model = Literal["hit/miss", "signal"]
+
+
+@dataclass(frozen=True)
+class Detection:
+    """What a variant detects. A detection curve says nothing without the false calls, so both stand here.
+
+    Parameters
+    ----------
+    name
+        The variant, and which of its cases.
+    size_name
+        What size means, such as ``height_mm``.
+    curve
+        The fit, or None where these burrs allow none; ``why_not`` says why.
+    shares
+        Found of all burrs by size, with exact bounds: what the curve is fitted to.
+    false_calls_per_wheel, false_calls_interval
+        Mean over cases with a result, with its 95 % interval over scenes.
+    wheels
+        Cases with a result.
+    failed
+        Cases without one; all their burrs count as missed.
+
+    """
+
+    name: str
+    size_name: str
+    curve: PodCurve | None
+    why_not: str
+    shares: tuple[Share, ...]
+    false_calls_per_wheel: float
+    false_calls_interval: tuple[float, float]
+    wheels: int
+    failed: int
+
+
+def detections(
+    records: Sequence[Record], *, by: str | None = None, size: str = "height_mm"
+) -> list[Detection]:
+    """A hit/miss curve for every variant, and for every value of a parameter such as ``finish``."""
+    variants = dict.fromkeys(record.variant for record in records)
+    values = dict.fromkeys(record.parameters.get(by) for record in records) if by else {None: None}
+    return [
+        detection(records, variant=variant, where={by: value} if by else {}, size=size)
+        for variant in variants
+        for value in values
+    ]
+
+
+def detection(
+    records: Sequence[Record],
+    *,
+    variant: str,
+    where: Mapping[str, Any] | None = None,
+    size: str = "height_mm",
+    model: Model = "hit/miss",
+    scale: Scale = "log",
+    floor: bool = False,
+    ceiling: bool = False,
+    threshold: float | None = None,
+) -> Detection:
+    """How a variant's detection grows with burr size.
+
+    Parameters
+    ----------
+    records
+        Of a run, all variants: a failed case's burrs are known from the others.
+    variant
+        Which.
+    where
+        Case parameters to values, to look at some cases only, such as ``{"finish": "polished"}``.
+    size
+        A burr's size: a key of the records' burr tables (``height_mm``, ``width_mm``), or a swept parameter
+        (such as an incidence).
+    model
+        ``"hit/miss"``, or ``"signal"``: the measured height against the true one.
+    scale, floor, ceiling
+        See :func:`fit_hit_miss`; with ``"signal"``, ``ceiling`` allows hidden burrs.
+    threshold
+        Of the signal; the lowest height measured where none is given.
+
+    """
+    chosen = [r for r in records if all(r.parameters.get(k) == v for k, v in (where or {}).items())]
+    mine = [record for record in chosen if record.variant == variant]
+    sizes, hits, heights = _burrs(mine, _known_burrs(chosen), size)
+    curve, why_not = None, ""
+    try:
+        if model == "signal":
+            least = threshold if threshold is not None else float(np.nanmin(heights, initial=np.inf))
+            curve = fit_signal(sizes, heights, threshold=least, scale=scale, hidden=ceiling)
+        else:
+            curve = fit_hit_miss(sizes, hits, scale=scale, floor=floor, ceiling=ceiling)
+    except InputError as error:
+        why_not = str(error)
+    calls, interval, wheels = _false_calls(mine)
+    return Detection(
+        name=", ".join([variant, *(str(value) for value in (where or {}).values())]),
+        size_name=size,
+        curve=curve,
+        why_not=why_not,
+        shares=shares(sizes, hits) if len(sizes) else (),
+        false_calls_per_wheel=calls,
+        false_calls_interval=interval,
+        wheels=wheels,
+        failed=sum(record.failure is not None for record in mine),
+    )
+
+
+def _known_burrs(records: Sequence[Record]) -> dict[str, tuple[Mapping[str, Any], ...]]:
+    """Case to its true burrs, from any variant that has them."""
+    known: dict[str, tuple[Mapping[str, Any], ...]] = {}
+    for record in records:
+        known[record.case] = record.burrs or known.get(record.case, ())
+    return known
+
+
+def _burrs(
+    records: Sequence[Record], known: Mapping[str, tuple[Mapping[str, Any], ...]], size: str
+) -> tuple[Floats, Bools, Floats]:
+    """True sizes (N,), found or not, heights measured (NaN: none)."""
+    rows = [row for record in records for row in _rows(record, known[record.case], size)]
+    table = np.array(rows, dtype=float).reshape(-1, 3)
+    return table[:, 0], table[:, 1] > 0.0, table[:, 2]
+
+
+def _rows(
+    record: Record, burrs: Sequence[Mapping[str, Any]], size: str
+) -> Iterator[tuple[float, bool, float]]:
+    for burr in burrs:
+        found = bool(burr["found"]) and record.failure is None
+        measured = (
+            burr["height_mm"] + burr["height_error_mm"] if found and "height_error_mm" in burr else np.nan
+        )
+        yield float(burr.get(size, record.parameters.get(size, np.nan))), found, float(measured)
+
+
+def _false_calls(records: Sequence[Record]) -> tuple[float, tuple[float, float], int]:
+    """Mean false calls over cases with a result, its interval over scenes, and how many cases."""
+    scenes: dict[str, list[float]] = {}
+    for record in records:
+        if record.failure is None:
+            key = str({k: v for k, v in record.parameters.items() if k != "seed"})
+            scenes.setdefault(key, []).append(record.metrics["false_calls"])
+    estimate = scene_estimate(np.array([np.mean(calls) for calls in scenes.values()]))
+    return estimate.value, (max(estimate.low, 0.0), estimate.high), sum(map(len, scenes.values()))
