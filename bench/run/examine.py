@@ -16,9 +16,13 @@ from bench.suites.case import Case
 from bench.suites.identity import entropy
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
+from burrscan.arrays import Floats32
 from burrscan.pipeline import run
+from scenes.bound import WatchedScanner, bound_px
 from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
+from scenes.transport.matrix import LightTransport
+from scenes.transport.store import default_folder
 
 
 def examine(job: Job, case: Case) -> list[Record]:
@@ -26,7 +30,9 @@ def examine(job: Job, case: Case) -> list[Record]:
     folder = RunDirectory(job.out_dir).case(case.id)
     try:
         simulation = simulate(
-            scene_from(case.document, source=case.id), identity=entropy(case.identity), cache_dir=None
+            scene_from(case.document, source=case.id),
+            identity=entropy(case.identity),
+            cache_dir=default_folder(),
         )
         save_truth(folder, simulation.truth)
     except Exception as error:  # noqa: BLE001 (a failure is a result)
@@ -54,10 +60,10 @@ def failure(stage: str, error: Exception) -> Failure:
 
 
 def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folder: Path) -> Record:
-    scanner = simulation.scanner()
+    scanner = WatchedScanner(simulation.scanner())
     try:
         outcome = run(scanner, pipeline_of(variant))
-        evidence = Evidence(simulation.truth, outcome)
+        evidence = Evidence(simulation.truth, outcome, _bound_px(simulation, scanner))
         metrics = measure(evidence)
         burrs = burr_tables(evidence)
         save_variant(folder, variant.name, evidence, scanner.camera.saturation_dn)
@@ -73,3 +79,9 @@ def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folde
         burrs=burrs,
         timings_s={**simulation.timings_s, **outcome.inspection.timings_s},
     )
+
+
+def _bound_px(simulation: Simulation, scanner: WatchedScanner) -> Floats32 | None:
+    """The bound of what was shown; None where stock Mitsuba renders, which traces no transport."""
+    light = simulation.light
+    return bound_px(light, simulation.scene, scanner.shots) if isinstance(light, LightTransport) else None

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.score.matching import Matching, match_places
 from bench.score.places import along_axis_mm, found_place, true_place
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools, Floats, Floats32
 from burrscan.pipeline import Outcome
 from scenes.truth import Truth
 
@@ -19,10 +19,21 @@ RIGHT_WITHIN_PX = 1.0
 
 @dataclass(frozen=True)
 class Evidence:
-    """One variant's outcome of one case, and the truth of that case."""
+    """One variant's outcome of one case, and the truth of that case.
+
+    Parameters
+    ----------
+    truth, outcome
+        The two sides.
+    bound_px
+        (h, w) Cramér-Rao bound of the frames shown (:mod:`scenes.bound`), NaN where it was not computed; None
+        where nobody watched the scanner.
+
+    """
 
     truth: Truth
     outcome: Outcome
+    bound_px: Floats32 | None = None
 
     @cached_property
     def accepted(self) -> Bools:
@@ -36,6 +47,12 @@ class Evidence:
         error = np.abs(self.outcome.scan.correspondence.u_px - self.truth.u_response_px)
         near: Bools = error <= RIGHT_WITHIN_PX  # a NaN truth compares False: nothing is there
         return self.accepted & near
+
+    @cached_property
+    def inlier_error_px(self) -> Floats:
+        """(h, w) column minus response-weighted true column; NaN for pixels that are not right."""
+        error = self.outcome.scan.correspondence.u_px - self.truth.u_response_px
+        return np.where(self.right, error, np.nan)
 
     @cached_property
     def depth_error_mm(self) -> Floats:

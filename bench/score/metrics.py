@@ -10,6 +10,7 @@ from bench.score.evidence import Evidence
 from bench.score.metric import Metric
 
 _ISSUE = "burrscan, issue 2"
+_ISSUE_3 = "burrscan, issue 3"
 _SEED = "Claes, Koninckx, Bruyninckx, Automatic burr detection on surfaces of revolution, section 5.2"
 _POD = "MIL-HDBK-1823A (hit/miss)"
 
@@ -17,6 +18,9 @@ _ALL = (
     Metric("coverage", "Coverage", "1", "higher", 1, _ISSUE, scan.coverage, 0.0),
     Metric("wrong_rate", "Wrong pixels", "1", "lower", 1, _ISSUE, scan.wrong_rate, 1.0),
     Metric("depth_rms_mm", "Depth RMS", "mm", "lower", 1, _ISSUE, scan.depth_rms_mm, math.inf),
+    Metric("u_rms_px", "Column RMS", "px", "lower", 1, _ISSUE_3, scan.u_rms_px, math.inf),
+    Metric("bound_ratio", "RMS / bound", "1", "lower", 1, _ISSUE_3, scan.bound_ratio, math.inf),
+    Metric("pull_spread", "Pulls", "1", "lower", 1, _ISSUE_3, scan.pull_spread, math.nan),
     Metric("axis_deg", "Axis angle", "deg", "lower", 1, _ISSUE, shape.axis_deg, 90.0),
     Metric("axis_offset_mm", "Axis offset", "mm", "lower", 1, _ISSUE, shape.axis_offset_mm, math.inf),
     Metric("generatrix_rms_mm", "Curve RMS", "mm", "lower", 1, _ISSUE, shape.generatrix_rms_mm, math.inf),

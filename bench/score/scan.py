@@ -27,8 +27,36 @@ def wrong_rate(evidence: Evidence) -> float:
 
 def depth_rms_mm(evidence: Evidence) -> float:
     """Root mean square depth error of inliers: pixels that are right for their footprint and their centre."""
-    errors = evidence.depth_error_mm[np.isfinite(evidence.depth_error_mm)]
-    return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
+    return _rms(evidence.depth_error_mm[np.isfinite(evidence.depth_error_mm)])
+
+
+def u_rms_px(evidence: Evidence) -> float:
+    """Root mean square error of the projector column of right pixels, projector pixels."""
+    return _rms(evidence.inlier_error_px[np.isfinite(evidence.inlier_error_px)])
+
+
+def bound_ratio(evidence: Evidence) -> float:
+    """Column RMS of right pixels over the RMS of their Cramér-Rao bounds for the frames really shown.
+
+    The bound knows the transport: per pixel, column, direct amplitude and steady light are unknown, the
+    interreflected light is known (:mod:`scenes.bound`). All pictures of the scan count, probing included;
+    it is computed on every eighth row of the camera.
+    """
+    if evidence.bound_px is None:
+        return math.nan
+    both = np.isfinite(evidence.inlier_error_px) & np.isfinite(evidence.bound_px)
+    bound = _rms(evidence.bound_px[both].astype(float))
+    return _rms(evidence.inlier_error_px[both]) / bound if bound > 0.0 else math.nan
+
+
+def pull_spread(evidence: Evidence) -> float:
+    """Robust standard deviation, 1.4826 times the median size, of error over stated sigma of right pixels.
+
+    1 is honest; above it the stated sigmas are too small, below it too large.
+    """
+    pulls = np.abs(evidence.inlier_error_px / evidence.outcome.scan.correspondence.sigma_u_px)
+    pulls = pulls[np.isfinite(pulls)]
+    return 1.4826 * float(np.median(pulls)) if pulls.size else math.nan
 
 
 def saturated_share(evidence: Evidence) -> float:
@@ -39,6 +67,10 @@ def saturated_share(evidence: Evidence) -> float:
 def frames(evidence: Evidence) -> float:
     """Pictures taken in all, probing included."""
     return float(evidence.outcome.scan.frames)
+
+
+def _rms(errors: np.ndarray) -> float:
+    return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
 
 
 def _share(part: np.ndarray, whole: np.ndarray) -> float:

@@ -19,19 +19,28 @@ from burrscan.devices import CameraSheet
 
 
 def decode(
-    images: Image, camera: CameraSheet, *, width: int, period_px: int, max_sigma_px: float
+    images: Image,
+    camera: CameraSheet,
+    *,
+    width: int,
+    period_px: int,
+    max_sigma_px: float,
+    mask_clipped: bool = True,
 ) -> Correspondence:
     """Columns from Gray cells and the phase within; doubt of any kind masks the pixel.
 
-    A pixel is accepted when no step is clipped, its sigma is at most ``max_sigma_px``, at most one Gray bit
-    is doubtful and flipping it changes nothing, and cell and phase agree to within a quarter period.
+    A pixel is accepted when no step is clipped (unless ``mask_clipped`` is False), its sigma is at most
+    ``max_sigma_px``, at most one Gray bit is doubtful and flipping it changes nothing, and cell and phase
+    agree to within a quarter period.
     """
     bits = len(encode_gray(width=width, cell_px=period_px // 2)[1])
     phase = decode_phase(images[bits:], camera=camera, period_px=float(period_px))
     cell, other = decode_gray(images[:bits], camera=camera)
     u_px, agrees = unwrap(phase, cell, cell_px=period_px // 2)
     u_other, _ = unwrap(phase, other, cell_px=period_px // 2)
-    mask = agrees & (other >= 0) & (u_px == u_other) & ~phase.clipped & (phase.sigma_px <= max_sigma_px)
+    mask = agrees & (other >= 0) & (u_px == u_other) & (phase.sigma_px <= max_sigma_px)
+    if mask_clipped:
+        mask &= ~phase.clipped
     mask &= (u_px > -0.5) & (u_px < width - 0.5)
     return Correspondence(
         np.where(mask, u_px, np.nan).astype(np.float32),
@@ -51,9 +60,18 @@ def unwrap(phase: Phase, cell: Ints32, *, cell_px: int) -> tuple[Floats, Bools]:
     return u_px, np.abs(u_px - middle) <= 0.75 * cell_px
 
 
-def gray_phase(*, width: int, period_px: int = 16, steps: int = 8, max_sigma_px: float = 0.4) -> Code:
+def gray_phase(
+    *,
+    width: int,
+    period_px: int = 16,
+    steps: int = 8,
+    max_sigma_px: float = 0.4,
+    mask_clipped: bool = True,
+) -> Code:
     """Gray code with inverses to half the period, then ``steps`` sine frames."""
     bits, bit_names = encode_gray(width=width, cell_px=period_px // 2)
     sines, sine_names = encode_phase(width=width, period_px=float(period_px), steps=steps)
-    read = partial(decode, width=width, period_px=period_px, max_sigma_px=max_sigma_px)
+    read = partial(
+        decode, width=width, period_px=period_px, max_sigma_px=max_sigma_px, mask_clipped=mask_clipped
+    )
     return Code(np.concatenate([bits, sines]), bit_names + sine_names, read)
