@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
+from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
 
@@ -26,8 +27,8 @@ _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
 _TELLS_SHAPES = 1.5
 """Half-width, in vertex spacings, from which other cross-sections than the triangle are tried."""
-_F_TEST = 8.0
-"""F ratio (2 and many degrees of freedom) from which the height is taken to change along the burr."""
+_ALIKE = 0.01
+"""Heights along a burr are alike unless chance gives such differences more rarely than this."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
@@ -413,21 +414,19 @@ def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
 def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:
     """Largest height along the burr and its standard deviation.
 
-    The burr is cut into stretches of at least ``least_mm``; through their heights goes a parabola, robustly.
-    Where it explains no more than noise would (F test, about 1 %) the common height is the answer, else its
-    maximum.
+    The burr is cut into stretches of at least ``least_mm``, each with a height of its own. Where these differ
+    by no more than noise would make them (Cochran's Q, 1 %) the common height is the answer, else the
+    largest of the stretches' heights, each drawn to the mean by as much as noise may have moved it.
     """
     sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
     count = int(np.clip(length / least_mm, 1, 24))
-    if count < 6:
+    if count < 3:
         return ridge.height_mm, sigma
     part = _between(patch, (ridge.start_mm, ridge.end_mm))
-    place = (part.u_mm - ridge.start_mm) / length
-    share, weight = _relative_heights(
-        part, ridge, np.minimum((place * count).astype(np.int64), count - 1), count
-    )
-    gain, gain_sigma = _crest(2.0 * (np.arange(count) + 0.5) / count - 1.0, share, weight)
+    stretch = np.minimum((part.u_mm - ridge.start_mm) / length * count, count - 1).astype(np.int64)
+    share, weight = _relative_heights(part, ridge, stretch, count)
+    gain, gain_sigma = _largest(share, weight / max(1.0, ridge.misfit))
     return ridge.height_mm * gain, float(np.hypot(sigma * gain, ridge.height_mm * gain_sigma))
 
 
@@ -441,20 +440,21 @@ def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> 
     return match / np.maximum(weight, 1e-300), weight
 
 
-def _crest(x: Floats, share: Floats, weight: Floats) -> tuple[float, float]:
-    """Maximum over -1 to 1 of the parabola through the heights, relative to the common one, and its sigma."""
-    design = np.stack([np.ones_like(x), x, x * x], axis=1)
-    robust = (weight > 0.2 * np.median(weight)).astype(np.float64)
-    for _ in range(4):
-        rows = np.sqrt(robust)[:, None] * design
-        curve = np.linalg.lstsq(rows, np.sqrt(robust) * share, rcond=None)[0]
-        off = share - design @ curve
-        spread = 1.4826 * float(np.median(np.abs(off[robust > 0.0]))) + 1e-9
-        robust *= np.abs(off) < 4.0 * spread
-    flat = share - np.average(share, weights=robust) if robust.any() else off
-    free = max(float(robust.sum()) - 3.0, 1.0)
-    bent, straight = float(robust @ off**2), float(robust @ flat**2)
-    if free < 3.0 or (straight - bent) / 2.0 < _F_TEST * bent / free:
+def _largest(share: Floats, weight: Floats) -> tuple[float, float]:
+    """Largest of several heights, relative to the common one, and its sigma; (1, 0) where all are alike.
+
+    A random-effects model: the spread of the true heights by DerSimonian & Laird (1986), then the posterior
+    mean of each.
+    """
+    known = weight > 0.2 * np.median(weight)
+    h, w = share[known], weight[known]
+    if len(h) < 3:
         return 1.0, 0.0
-    heights = np.stack([np.ones(101), (t := np.linspace(-1.0, 1.0, 101)), t * t], axis=1) @ curve
-    return float(heights.max()), float(np.sqrt(3.0 * bent / free / robust.sum()))
+    mean = float(w @ h / w.sum())
+    excess = float(w @ (h - mean) ** 2)
+    if excess < chdtri(len(h) - 1, _ALIKE):
+        return 1.0, 0.0
+    spread = (excess - len(h) + 1.0) / (w.sum() - w @ w / w.sum())
+    drawn = mean + (h - mean) * spread / (spread + 1.0 / w)
+    most = int(np.argmax(drawn))
+    return float(drawn[most]), float(np.sqrt(1.0 / (w[most] + 1.0 / spread)))
