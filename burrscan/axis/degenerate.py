@@ -46,7 +46,7 @@ def undetermined(points: Floats, weights: Floats, sigma: float, covariance: Floa
     return tuple(open_)
 
 
-def too_short(points: Floats, frame: Floats, place: Floats, raw_sigma: float) -> bool:
+def too_short(points: Floats, frame: Floats, place: Floats, noise: float) -> bool:
     """Whether the arc that the points span about an axis bulges no more than their noise."""
     turned = (points - place) @ frame
     count, _ = np.histogram(np.arctan2(turned[:, 1], turned[:, 0]), bins=360, range=(-np.pi, np.pi))
@@ -54,7 +54,7 @@ def too_short(points: Floats, frame: Floats, place: Floats, raw_sigma: float) ->
     widest = np.diff(np.append(seen, seen[0] + 360)).max()
     half = np.radians(min(361.0 - widest, 360.0)) / 2.0
     radius = float(np.median(np.hypot(turned[:, 0], turned[:, 1])))
-    return bool(radius * (1.0 - np.cos(half)) < LEAST_SAGITTA * raw_sigma)
+    return bool(radius * (1.0 - np.cos(half)) < LEAST_SAGITTA * noise)
 
 
 def _spread(covariance: Floats) -> float:

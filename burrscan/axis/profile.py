@@ -78,7 +78,7 @@ def find_axis_profile(
     )  # fmt: skip
     spread = spread_of(points, cloud.points, cloud.weights, fit)
     flags = undetermined(means, counts, rough.sigma, spread.covariance)
-    if too_short(means, fit.frame, fit.place, max(raw_sigma, fit.sigma)):
+    if too_short(means, fit.frame, fit.place, max(spread.noise, fit.sigma)):
         flags = ("direction", "position")
     return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
 
