@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bench.axis.revolution import RevolutionScan, grid_faces, profile_of, random_pose
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.inspection import Axis
-from tests.revolution import RevolutionScan, grid_faces, profile_of, random_pose
 
 
 def exact_axis(scan: RevolutionScan) -> Axis:

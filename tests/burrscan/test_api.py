@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import burrscan
+from bench.axis.revolution import RidgeBurr, revolution_scan
 from burrscan.errors import InputError
 from burrscan.pipeline import Stage
 from tests.burrscan.parts import angle_in_frame_deg, turned
-from tests.revolution import RidgeBurr, revolution_scan
 
 
 def test_one_call_on_a_mesh() -> None:

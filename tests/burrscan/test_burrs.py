@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs import burrs_residual, burrs_seed
@@ -17,7 +18,6 @@ from burrscan.burrs.seed import _planes_cut
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm
-from tests.revolution import RevolutionScan, RidgeBurr, revolution_scan
 
 Lift: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.axis.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix import METHODS, deviation_mm, fit_generatrix
@@ -12,7 +13,6 @@ from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Axis, Generatrix
 from burrscan.variants import resolve
 from tests.burrscan.parts import distance_to_polyline, exact_axis, whole_wheel, z_offset_mm
-from tests.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
 
 SHAPES = ["stepped_wheel", "cylinder", "cone", "flanged_hub", "plane", "torus", "vase", "sphere"]
 

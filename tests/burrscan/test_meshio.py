@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 import burrscan
+from bench.axis.revolution import RidgeBurr, revolution_scan
 from burrscan.errors import InputError
 from burrscan.meshio import (
     UNITS_MM,
@@ -16,7 +17,6 @@ from burrscan.meshio import (
     write_deviation_ply,
     write_inspection_json,
 )
-from tests.revolution import RidgeBurr, revolution_scan
 
 MESHES = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "meshes"
 UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}

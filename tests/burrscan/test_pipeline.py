@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import burrscan
+from bench.axis.revolution import revolution_scan
 from burrscan.documents import build
 from burrscan.errors import InputError
 from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function
 from tests.burrscan.instrument import Instrument, small_rig
-from tests.revolution import revolution_scan
 
 
 def test_tables_become_a_pipeline() -> None:

@@ -1,9 +1,9 @@
 import numpy as np
 
+from bench.axis.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.checks import axis_checks
 from burrscan.inspection import Axis
-from tests.revolution import revolution_scan
 
 
 def test_a_good_axis_passes_and_a_wrong_one_fails() -> None:

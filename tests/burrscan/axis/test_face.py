@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from bench.axis.revolution import revolution_scan
 from burrscan.axis import METHODS, find_axis
 from burrscan.errors import InputError
 from burrscan.variants import resolve
-from tests.revolution import revolution_scan
 
 
 @pytest.mark.parametrize("name", sorted(METHODS))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from bench.axis.revolution import axis_angle_deg
 from burrscan.axis import find_axis
-from tests.revolution import axis_angle_deg, single_view
+from tests.views import single_view
 
 MESHES = Path(__file__).parents[3] / ".." / "shared" / "data" / "meshes"
 AXES = {

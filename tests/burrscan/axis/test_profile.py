@@ -6,17 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from bench.axis.bound import cramer_rao_deg
+from bench.axis.revolution import RevolutionScan, RidgeBurr, random_pose, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.inspection import Axis
-from tests.revolution import (
-    RevolutionScan,
-    RidgeBurr,
-    cramer_rao_deg,
-    random_pose,
-    revolution_scan,
-)
 
 SMALL = (200, 80)
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from bench.axis.revolution import revolution_scan
 from burrscan.axis.sections import (
     fit_circles,
     kasa_circle,
@@ -9,7 +10,6 @@ from burrscan.axis.sections import (
     taubin_circle,
     turned_to_z,
 )
-from tests.revolution import revolution_scan
 
 
 @pytest.mark.parametrize(("percent", "rounds"), [(6, 3), (8, 4), (16, 6), (46, 28), (61, 73)])

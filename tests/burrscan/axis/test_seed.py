@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from bench.axis.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.seed import nearest_to_others, orientation_grid, quality_of
 from burrscan.errors import InputError
-from tests.revolution import revolution_scan
 
 
 def _directions(grid: np.ndarray) -> np.ndarray:

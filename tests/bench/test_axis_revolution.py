@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.revolution import axis_angle_deg, cramer_rao_deg, revolution_scan
+from bench.axis.bound import cramer_rao_deg
+from bench.axis.revolution import axis_angle_deg, revolution_scan
 
 
 @pytest.mark.parametrize(
