@@ -1,0 +1,114 @@
+"""Every axis method on the same synthetic scans: errors, runs off, intervals that hold, time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from bench.axis.bound import cramer_rao_deg
+from bench.axis.revolution import RevolutionScan, revolution_scan
+from burrscan.arrays import Bools, Floats
+from burrscan.axis import find_axis
+from burrscan.axis.basis import perpendicular_basis
+from burrscan.errors import InputError
+from burrscan.inspection import Axis
+
+SIGMAS_MM = (0.05, 0.2, 1.0)
+ARCS_DEG = (140.0, 60.0)
+SHAPE = (484, 128)
+"""Vertices around and along: 122,682 triangles."""
+OFF_DEG = 1.0
+"""A run that is off by more than this has found another axis."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one kind of scan.
+
+    Parameters
+    ----------
+    method
+        Its short name.
+    arc_deg, sigma_mm
+        What the scans show of the part, and their noise.
+    runs
+        How many scans.
+    median_deg, bound_deg
+        Median angle between found and true axis, and the Cramér-Rao bound of its root mean square.
+    off
+        Runs further off than :data:`OFF_DEG`; a run without an answer counts.
+    coverage
+        Share of the stated 95 % intervals of tilt and offset that hold; NaN where none are stated.
+    seconds
+        Median processor time, the first run (which compiles) left out.
+
+    """
+
+    method: str
+    arc_deg: float
+    sigma_mm: float
+    runs: int
+    median_deg: float
+    bound_deg: float
+    off: int
+    coverage: float
+    seconds: float
+
+
+def axis_table(
+    methods: Sequence[str], *, profile: str = "stepped_wheel", seeds: int = 20, shape: tuple[int, int] = SHAPE
+) -> Iterator[Row]:
+    """Rows of the table, as they are measured; every method sees the same scans."""
+    for method, arc_deg, sigma_mm in product(methods, ARCS_DEG, SIGMAS_MM):
+        yield _row(method, profile, arc_deg, sigma_mm, seeds, shape)
+
+
+def _row(
+    method: str, profile: str, arc_deg: float, sigma_mm: float, seeds: int, shape: tuple[int, int]
+) -> Row:
+    errors, inside, seconds = [], [], []
+    for seed in range(seeds):
+        scan = revolution_scan(profile, arc_deg=arc_deg, sigma_mm=sigma_mm, seed=seed, shape=shape)
+        start = time.process_time()
+        axis = _found(scan, method)
+        seconds.append(time.process_time() - start)
+        errors.append(scan.angle_error_deg(axis.direction) if axis else 90.0)
+        if axis and np.isfinite(axis.covariance).all():
+            inside.append(within_95(axis, scan))
+    return Row(
+        method,
+        arc_deg,
+        sigma_mm,
+        seeds,
+        float(np.median(errors)),
+        cramer_rao_deg(profile, arc_deg=arc_deg, sigma_mm=sigma_mm, shape=shape),
+        int(np.sum(np.array(errors) > OFF_DEG)),
+        float(np.mean(inside)) if inside else float("nan"),
+        float(np.median(seconds[1:] or seconds)),
+    )
+
+
+def _found(scan: RevolutionScan, method: str) -> Axis | None:
+    try:
+        return find_axis(scan.vertices_mm, scan.faces, method=method)
+    except InputError:
+        return None
+
+
+def within_95(axis: Axis, scan: RevolutionScan) -> Bools:
+    """(4,) whether each of two tilts and two offsets is within 1.96 of its stated sigma of the truth."""
+    held: Bools = np.abs(_error(axis, scan)) < 1.96 * np.sqrt(np.diag(axis.covariance))
+    return held
+
+
+def _error(axis: Axis, scan: RevolutionScan) -> Floats:
+    """Truth minus estimate in the axis's own parameters."""
+    basis = perpendicular_basis(axis.direction)
+    truth = scan.direction * np.sign(scan.direction @ axis.direction)
+    along = (axis.point_mm - scan.point_mm) @ axis.direction / (truth @ axis.direction)
+    offset = scan.point_mm + truth * along - axis.point_mm
+    return np.concatenate([basis.T @ np.cross(axis.direction, truth), basis.T @ offset])
