@@ -16,10 +16,10 @@ from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
 _TINY = 1e-12
-_DIRECTIONS = 180
+_DIRECTIONS = 120
 _RIDGE = 1e-6  # keeps the fit finite where misses and hits do not overlap
 _STEEPEST = 200.0  # per standard deviation of sizes: a step, for all that data can tell
-_SLICES = 9
+_SLICES = 7
 _LARGEST_ASYMPTOTE = 0.45
 _AXES: dict[Scale, str] = {"log": "log size", "linear": "size"}
 
@@ -42,14 +42,27 @@ class _Data:
     def best_line(self, floor: float, ceiling: float) -> Floats:
         """The most likely line for given asymptotes."""
 
-        def cost(line: Floats) -> float:
-            return float(_RIDGE * line @ line - self.log_likelihood(line, floor, ceiling))
+        def cost(line: Floats) -> tuple[float, Floats]:
+            likelihood = float(self.log_likelihood(line, floor, ceiling))
+            downhill = 2.0 * _RIDGE * line - self._gradient(line, floor, ceiling)
+            return float(_RIDGE * line @ line) - likelihood, np.asarray(downhill, np.float64)
 
         share = float(np.clip(self.hit.mean(), 0.02, 0.98))
         starts = [np.array([float(logit(share)), slope]) for slope in (0.5, 3.0)]
-        fits = [minimize(cost, start, method="BFGS") for start in starts]
+        # with ends of 0 and 1 the likelihood is concave, and any start will do
+        one_top = floor == 0.0 and ceiling == 1.0
+        fits = [minimize(cost, start, method="BFGS", jac=True) for start in starts[: 1 if one_top else 2]]
         best: Floats = min(fits, key=lambda fit: float(fit.fun)).x
         return best
+
+    def _gradient(self, line: Floats, floor: float, ceiling: float) -> Floats:
+        """Of the log likelihood by intercept and slope (2,); blank sites do not depend on the line."""
+        known = np.isfinite(self.z)
+        z, hit = self.z[known], self.hit[known]
+        share = expit(line[0] + line[1] * z)
+        pod = np.clip(floor + (ceiling - floor) * share, _TINY, 1.0 - _TINY)
+        by_odds = (hit - pod) / (pod * (1.0 - pod)) * (ceiling - floor) * share * (1.0 - share)
+        return np.array([by_odds.sum(), (by_odds * z).sum()])
 
 
 @dataclass(frozen=True)
@@ -192,8 +205,8 @@ def _plausible(data: _Data, least: float, shares: tuple[float, float], which: in
         pairs = ((value, other) if which == 0 else (other, value) for other in others)
         return any(float(data.log_likelihood(data.best_line(a, 1 - b), a, 1 - b)) >= least for a, b in pairs)
 
-    ends = [_last_allowed(allowed, shares[which], end) for end in (0.0, _LARGEST_ASYMPTOTE)]
-    return [float(value) for value in np.linspace(*ends, _SLICES)]
+    first, last = (_last_allowed(allowed, shares[which], end) for end in (0.0, _LARGEST_ASYMPTOTE))
+    return [first + (last - first) * step / (_SLICES - 1) for step in range(_SLICES)]
 
 
 def _last_allowed(allowed: Callable[[float], bool], inside: float, outside: float) -> float:
