@@ -38,7 +38,7 @@ class Row:
 def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: str | None) -> list[Row]:
     """Summarise records per value of the parameter ``by`` and variant, then over all.
 
-    Errors (mm, deg) are summarised by their median, in which a case without a result ranks behind every
+    Errors (px, mm, deg) are summarised by their median, in which a case without a result ranks behind every
     error; shares and counts by their mean. O(records × metrics).
     """
     names = tuple(metrics)
@@ -60,7 +60,7 @@ def summarise(name: str, records: Iterable[Record]) -> float:
     """One metric over some records; see :func:`score_table`."""
     values = np.array([value_of(record, name) for record in records])
     known = values[~np.isnan(values)]
-    if METRICS[name].unit in {"mm", "deg"}:
+    if METRICS[name].unit in {"px", "mm", "deg"}:
         return float(np.median(known)) if known.size else np.nan
     known = known[np.isfinite(known)]
     return float(known.mean()) if known.size else np.nan

@@ -128,4 +128,5 @@ def evidence(
         axis=axis, generatrix=Generatrix(profile[:, 0], profile[:, 1], 0.1 * ones, 0.2 * ones), burrs=found,
         T_part_mesh=frame, deviation_mm=np.zeros(mask.sum()),
     )  # fmt: skip
-    return Evidence(world, Outcome(scan=scan, surface=surface, inspection=inspection))
+    bound = np.full(u.shape, 0.25, np.float32)
+    return Evidence(world, Outcome(scan=scan, surface=surface, inspection=inspection), bound)

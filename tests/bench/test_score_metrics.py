@@ -16,7 +16,9 @@ PERFECT = {
     "coverage": 1.0, "wrong_rate": 0.0, "depth_rms_mm": 0.0, "axis_deg": 0.0, "axis_offset_mm": 0.0,
     "generatrix_rms_mm": 0.0, "band_mm": 0.2, "burr_found": 1.0, "burr_coverage": 1.0, "burr_angle_deg": 0.0,
     "burr_height_mm": 0.0, "burr_extent_mm": 0.0, "false_calls": 0.0, "frames": 42.0, "saturated_share": 0.0,
+    "u_rms_px": 0.0, "bound_ratio": 0.0, "pull_spread": 0.0,
 }  # fmt: skip
+COLUMN_METRICS = {"u_rms_px", "bound_ratio", "pull_spread"}
 HIT = found_burr(90.0, (-10.0, 10.0))
 
 
@@ -44,11 +46,21 @@ def test_pixels_that_are_missing_lower_coverage_alone() -> None:
 
 
 def test_a_shifted_column_is_wrong_from_one_pixel_on() -> None:
-    assert changed(measure(evidence(true_burr(), found=(HIT,), u_error_px=0.99))) == set()
+    assert changed(measure(evidence(true_burr(), found=(HIT,), u_error_px=0.99))) == COLUMN_METRICS
     left = np.where(np.arange(WIDTH) < 11, 1.5, 0.0)
     metrics = measure(evidence(true_burr(), found=(HIT,), u_error_px=left))
     assert metrics["wrong_rate"] == pytest.approx(0.1)
     assert metrics["coverage"] == pytest.approx(0.9)
+
+
+def test_column_errors_are_compared_with_the_bound_and_the_stated_sigma() -> None:
+    metrics = measure(evidence(true_burr(), found=(HIT,), u_error_px=0.5))
+    assert metrics["u_rms_px"] == pytest.approx(0.5, abs=1e-6)
+    assert metrics["bound_ratio"] == pytest.approx(0.5 / 0.25, abs=1e-5)
+    assert metrics["pull_spread"] == pytest.approx(1.4826 * 0.5 / 1.0, abs=1e-5)
+    # wrong pixels are another metric's
+    wrong = np.where(np.arange(WIDTH) < 11, 1.5, 0.5)
+    assert measure(evidence(true_burr(), found=(HIT,), u_error_px=wrong))["u_rms_px"] == pytest.approx(0.5)
 
 
 def test_depth_errors_are_those_of_right_pixels() -> None:
@@ -169,4 +181,4 @@ def test_every_metric_says_what_it_is() -> None:
         assert metric.description
         assert metric.source
         assert metric.version >= 1
-        assert metric.unit in {"1", "mm", "deg", "count"}
+        assert metric.unit in {"1", "px", "mm", "deg", "count"}
