@@ -1,10 +1,11 @@
 # Everything goes through the virtual environment in .venv; the first target that needs it makes it.
 # Another Python: make setup PYTHON=python3.12
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint format clean
+.PHONY: help setup demo regress test lint format clean
 
 BIN := .venv/bin
 READY := .venv/ready
+REGRESS := reports/runs/regress-$(shell date +%Y%m%dT%H%M%S)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -17,6 +18,11 @@ $(READY): pyproject.toml .ci/setup .ci/constraints.txt
 
 demo: $(READY) ## set up, run the suite 'quick' and say where its report is
 	$(BIN)/burrscan run quick
+
+regress: $(READY) ## run the suite 'quick' against its accepted baseline; fails when something is worse
+	$(BIN)/burrscan run quick --out $(REGRESS)
+	$(BIN)/burrscan compare reports/baselines/quick $(REGRESS) --markdown $(REGRESS)/compare.md \
+	  --junit $(REGRESS)/compare.xml --json $(REGRESS)/compare.json
 
 test: $(READY) ## set up and run every test
 	$(BIN)/pytest --durations=10

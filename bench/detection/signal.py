@@ -92,6 +92,9 @@ def fit_signal(
     a90, a90_error = _place(0.9, theta, spread, data)
 
     def size_at(place: float, error: float) -> float:
+        """A bound; one that is not there says nothing."""
+        if np.isnan(place) and error:
+            return float(np.inf) if error > 0.0 else 0.0
         return from_scale(place + error, scale)
 
     return PodCurve(
