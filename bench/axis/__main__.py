@@ -21,7 +21,7 @@ from bench.axis.table import Row, axis_table
 from burrscan.axis import METHODS
 
 HEADS = ("method", "arc deg", "sigma mm", "median deg", "bound deg", "off", "95 % hold", "ms")
-WIDTHS = (20, 8, 9, 11, 10, 8, 10, 8)
+WIDTHS = (20, 8, 9, 11, 10, 10, 10, 8)
 
 
 def main() -> None:

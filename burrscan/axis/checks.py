@@ -7,6 +7,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import canonical_cloud, voxel_moments
+from burrscan.axis.kernel import kernel
 from burrscan.axis.sections import fit_circles, sections
 from burrscan.axis.starts import WIDTH, angle_cost, candidate_axes
 from burrscan.axis.surfels import Surfels, surfels_of
@@ -108,21 +109,57 @@ def _cost(surfels: Surfels, direction: Floats, place: Floats) -> float:
 
 def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
     """The first harmonic of the deviations around the axis, as a wrong axis would leave it."""
-    known = np.isfinite(deviation)
-    d = deviation[known]
-    across = (vertices[known] - axis.point_mm) @ perpendicular_basis(axis.direction)
-    sigma = 1.4826 * float(np.median(np.abs(d - np.median(d)))) if len(d) > 3 else 0.0
-    share = _swing(d, across, 3.0 * sigma) / sigma if sigma > 0.0 else 0.0
+    amount = np.abs(deviation[np.isfinite(deviation)])
+    sigma = 1.4826 * float(np.median(amount)) if len(amount) > 3 else 0.0
+    share = 0.0
+    if sigma > 0.0:
+        e = perpendicular_basis(axis.direction)
+        normal, right = _wave_equations(vertices, axis.point_mm, e, deviation, 3.0 * sigma)
+        wave = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
+        share = float(_swing(vertices, axis.point_mm, e, deviation, wave)) / sigma
     return Check(
         "residual_symmetry", share < LARGEST_WAVE, share, LARGEST_WAVE, "",
         "swing of the deviations once around the axis, over their robust spread",
     )  # fmt: skip
 
 
-def _swing(deviation: Floats, across: Floats, limit: float) -> float:
-    """Peak to peak of the wave a + b cos + c sin through the deviations, each cut off at ``limit``."""
-    around = across / np.maximum(np.sqrt(np.einsum("ij,ij->i", across, across)), 1e-300)[:, None]
-    design = np.column_stack([np.ones(len(around)), around])
-    cut = np.clip(deviation, -limit, limit)
-    wave = np.linalg.lstsq(design.T @ design, design.T @ cut, rcond=1e-10)[0]
-    return float(np.ptp(around @ wave[1:]))
+@kernel
+def _around(vertices: Floats, i: int, point: Floats, e: Floats) -> tuple[float, float]:  # pragma: no cover
+    """Cosine and sine of a vertex's angle about the axis."""
+    a, b, c = vertices[i, 0] - point[0], vertices[i, 1] - point[1], vertices[i, 2] - point[2]
+    x = a * e[0, 0] + b * e[1, 0] + c * e[2, 0]
+    y = a * e[0, 1] + b * e[1, 1] + c * e[2, 1]
+    r = max(np.sqrt(x * x + y * y), 1e-300)
+    return x / r, y / r
+
+
+@kernel
+def _wave_equations(
+    vertices: Floats, point: Floats, e: Floats, deviation: Floats, limit: float
+) -> tuple[Floats, Floats]:  # pragma: no cover
+    """Normal equations of a + b cos + c sin through the deviations, each cut off at ``limit``."""
+    normal, right, row = np.zeros((3, 3)), np.zeros(3), np.ones(3)
+    for i in range(len(deviation)):
+        if not np.isfinite(deviation[i]):
+            continue
+        row[1], row[2] = _around(vertices, i, point, e)
+        d = min(max(deviation[i], -limit), limit)
+        for j in range(3):
+            right[j] += row[j] * d
+            for k in range(3):
+                normal[j, k] += row[j] * row[k]
+    return normal, right
+
+
+@kernel
+def _swing(
+    vertices: Floats, point: Floats, e: Floats, deviation: Floats, wave: Floats
+) -> float:  # pragma: no cover
+    """Peak to peak of the wave over the angles that have data."""
+    low, high = np.inf, -np.inf
+    for i in range(len(deviation)):
+        if np.isfinite(deviation[i]):
+            cosine, sine = _around(vertices, i, point, e)
+            value = wave[1] * cosine + wave[2] * sine
+            low, high = min(low, value), max(high, value)
+    return high - low

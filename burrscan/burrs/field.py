@@ -87,7 +87,7 @@ def field_of(
     """Compute the residual field; border vertices are in it, but do not count in its cells. O(V + T)."""
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
-    foot = feet_of(profile, line)
+    foot = feet_of(profile.z_mm, profile.r_mm, line)
     valid = foot.valid
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)

@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, polyline_of
-from burrscan.generatrix.profile import Profile, profile_of
+from burrscan.generatrix.profile import meridian_of
 from burrscan.inspection import Axis, Generatrix
 
 
@@ -32,12 +32,12 @@ def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Flo
 
     """
     line = polyline_of(generatrix)
-    return feet_of(profile_of(vertices_mm, axis), line).distance_mm
+    return feet_of(*meridian_of(vertices_mm, axis), line).distance_mm
 
 
-def feet_of(profile: Profile, line: Polyline) -> Foot:
+def feet_of(z_mm: Floats, r_mm: Floats, line: Polyline) -> Foot:
     """The nearest places on a finished generatrix. O(V)."""
     side = float(np.median(line.lengths_mm))
     reach = max(4.0 * side, 0.1 * float(line.nodes_mm[:, 1].max()))
-    near = candidates(profile.z_mm, profile.r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
-    return feet(profile.z_mm, profile.r_mm, line, near, overshoot_mm=side)
+    near = candidates(z_mm, r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
+    return feet(z_mm, r_mm, line, near, overshoot_mm=side)
