@@ -52,12 +52,12 @@ def main() -> None:
     comparisons = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     for scenes, seeds in SUITES:
         rates = error_rates(comparisons, scenes=scenes, seeds=seeds)
-        print(f"{scenes} scenes x {seeds} seeds, {comparisons} A/A comparisons:", end=" ")  # noqa: T201
-        print(f"{rates.false_verdicts} with a false verdict, {rates.false_seen} seen falsely")  # noqa: T201
-        print("seen to be worse / gate broken, at", *SIZES, "of the margin")  # noqa: T201
+        print(f"{scenes} scenes x {seeds} seeds, {comparisons} A/A comparisons:", end=" ")
+        print(f"{rates.false_verdicts} with a false verdict, {rates.false_seen} seen falsely")
+        print("seen to be worse / gate broken, at", *SIZES, "of the margin")
         for name in NAMES:
             told = (_told(rates.caught[name, size], comparisons) for size in SIZES)
-            print(f"  {name:<18}", "   ".join(told), flush=True)  # noqa: T201
+            print(f"  {name:<18}", "   ".join(told), flush=True)
 
 
 def _told(counts: Counter[str], comparisons: int) -> str:

@@ -30,7 +30,7 @@ def main() -> None:
         if name != FOUND:
             difference, paired, unpaired = scenes_needed(name)
             text = f"{name:<18} {difference:10.4g} {paired:5d} {unpaired:6d} {unpaired / paired:7.1f}"
-            print(text)  # noqa: T201
+            print(text)
 
 
 def scenes_needed(name: str) -> tuple[float, int, int]:

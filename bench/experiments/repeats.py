@@ -46,7 +46,7 @@ def main() -> None:
 
 def _rows(suite: Suite) -> Iterator[list[str]]:
     for case in expand(suite):
-        print(case.id, flush=True)  # noqa: T201 (it takes a while)
+        print(case.id, flush=True)
         simulation = simulate(scene_from(case.document, source=case.id))
         for repeat in range(2):
             noisy = replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -52,15 +53,17 @@ def test_what_cannot_be_accepted(tmp_path: Path) -> None:
         accept(load_run(tmp_path / "run"), baselines=tmp_path / "b")
 
 
+def _axis_of(number: int, _case: int, metrics: dict[str, float]) -> dict[str, float]:
+    return {**metrics, "axis_deg": 0.01 * number}
+
+
 def test_history(tmp_path: Path) -> None:
-    for number in range(2):
-        run = written_run(
-            tmp_path / str(number), change=lambda _, m, n=number: {**m, "axis_deg": 0.01 * (1 + n)}
-        )
+    for number in (1, 2):
+        run = written_run(tmp_path / str(number), change=partial(_axis_of, number))
         accept(run, baselines=tmp_path / "b", note=f"step {number}")
     points = history("axis_deg", "tiny", baselines=tmp_path / "b")
     assert [point.values["mine"] for point in points] == pytest.approx([0.01, 0.02])
-    assert [point.note for point in points] == ["step 0", "step 1"]
+    assert [point.note for point in points] == ["step 1", "step 2"]
     assert math.isnan(history("band_mm", "tiny", baselines=tmp_path / "b")[0].values["mine"])
     with pytest.raises(InputError, match="did you mean"):
         history("axis_degs", "tiny", baselines=tmp_path / "b")
