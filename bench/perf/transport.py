@@ -2,8 +2,8 @@
 
     python -m bench.perf.transport [--scene NAME] [--scale S] [--rounds N]
 
-Both sides run in turn in one process, with the same scene, samples per pixel and path length. Printed: wall and
-processor seconds of each (median over the rounds), their ratio pair by pair, and the peak of memory.
+Both sides run in turn in one process, with the same scene, samples per pixel and path length. Printed: wall
+and processor seconds of each (median over the rounds), their ratio pair by pair, and the peak of memory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ _PATTERNS = 48
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    plain = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=plain)
     parser.add_argument("--scene", default="paper")
     parser.add_argument("--scale", type=float, default=1.0)
     parser.add_argument("--rounds", type=int, default=5)
@@ -40,9 +41,11 @@ def main() -> None:
     pairs = [(_timed(ours), _timed(stock)) for _ in range(given.rounds)]
     for name, clock in (("wall", 0), ("processor", 1)):
         a, b = (np.array([pair[side][clock] for pair in pairs]) for side in (0, 1))
+        ratio = a / b
         print(
-            f"{name}: transport + {_PATTERNS} relit {np.median(a):.2f} s, one stock image {np.median(b):.2f} s, "
-            f"ratio {np.median(a / b):.2f} ({(a / b).min():.2f} to {(a / b).max():.2f})"
+            f"{name}: transport + {_PATTERNS} relit {np.median(a):.2f} s, "
+            f"one stock image {np.median(b):.2f} s, "
+            f"ratio {np.median(ratio):.2f} ({ratio.min():.2f} to {ratio.max():.2f})"
         )
     print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.1f} GiB")
 

@@ -4,6 +4,7 @@ import numba as nb
 import numpy as np
 import pytest
 
+from burrscan.arrays import Floats, Image
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.streams import stream_key
@@ -12,12 +13,12 @@ CAMERA = CameraSpec(bit_depth=12, full_well_e=10_000.0, read_noise_e=4.0, black_
 Z = 4.0
 
 
-def electrons(mean_e: float, *, identity: tuple[int, ...] = (1,)) -> np.ndarray:  # type: ignore[type-arg]
+def electrons(mean_e: float, *, identity: tuple[int, ...] = (1,)) -> Floats:
     light = np.full((6, 200, 250), mean_e / CAMERA.full_well_e, np.float32)
     images = expose(
         light, camera=CAMERA, exposure_ms=CAMERA.white_exposure_ms, identity=identity, first_frame=0
     )
-    return (images - CAMERA.black_level_dn) / CAMERA.sheet.gain_dn_per_e
+    return (images.astype(float) - CAMERA.black_level_dn) / CAMERA.sheet.gain_dn_per_e
 
 
 @pytest.mark.parametrize("mean", [0.0, 0.5, 5.0, 29.9, 30.1, 200.0, 6000.0])
@@ -43,7 +44,7 @@ def test_light_beyond_the_well_saturates() -> None:
 def test_noise_is_fixed_by_the_case_and_the_picture_alone() -> None:
     light = np.random.default_rng(0).random((4, 60, 70)).astype(np.float32)
 
-    def take(frames: slice, first: int, identity: tuple[int, ...] = (3, 1)) -> np.ndarray:  # type: ignore[type-arg]
+    def take(frames: slice, first: int, identity: tuple[int, ...] = (3, 1)) -> Image:
         return expose(light[frames], camera=CAMERA, exposure_ms=9.0, identity=identity, first_frame=first)
 
     whole = take(slice(None), 0)

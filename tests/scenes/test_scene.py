@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from burrscan.arrays import Floats
 from burrscan.errors import InputError
 from scenes.pose import PoseSpec
 from scenes.scene import load_scene, scene_from, scene_hash, scene_names
@@ -40,7 +41,7 @@ def test_the_hash_is_of_the_content() -> None:
 
 
 def test_poses_move_the_axis_as_documented() -> None:
-    def axis(pose: PoseSpec) -> np.ndarray:  # type: ignore[type-arg]
+    def axis(pose: PoseSpec) -> Floats:
         return pose.T_camera_part(standoff_mm=600.0, middle_z_mm=5.0)[:3, 2]
 
     assert axis(PoseSpec()) == pytest.approx([0.0, -1.0, 0.0])

@@ -49,4 +49,5 @@ def sampled_points(wheel: Wheel, faces: Ints, *, per_face: int, seed: int = 0) -
     """Random points of the faces."""
     rng = np.random.default_rng(seed)
     shares = rng.dirichlet([1.0, 1.0, 1.0], size=(len(faces), per_face))
-    return np.einsum("fpc,fci->fpi", shares, wheel.vertices_mm[wheel.faces[faces]]).reshape(-1, 3)
+    points: Floats = np.einsum("fpc,fci->fpi", shares, wheel.vertices_mm[wheel.faces[faces]])
+    return points.reshape(-1, 3)
