@@ -158,7 +158,8 @@ def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:
     for _ in range(_STEPS):
         w = (keep / depth)[:, None]
         system = np.vstack([for_u * w, for_v * w])
-        h = np.linalg.lstsq(system, np.concatenate([d[:, 0] * w[:, 0], d[:, 1] * w[:, 0]]), rcond=None)[0]
+        wanted = (d * w).T.ravel()
+        h = np.linalg.solve(system.T @ system, system.T @ wanted)
         depth = 1.0 + xy @ h[6:]
         off = np.stack([affine @ h[:3], affine @ h[3:6]], axis=-1) / depth[:, None] - d
         size = np.hypot(off[:, 0], off[:, 1])

@@ -15,6 +15,8 @@ from burrscan.errors import InputError
 from burrscan.rig import Rig, View
 
 FEWEST_VIEWS = 3
+_OPEN = 0.02
+"""Relative deviation of a focal length from which on the linear propagation no longer holds."""
 _DEVICE = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 _STEREO = ("rx", "ry", "rz", "tx_mm", "ty_mm", "tz_mm")
 _FIXED = {
@@ -178,8 +180,8 @@ def _view(device: Floats, size: tuple[int, int]) -> View:
 def _refuse_open(calibration: Calibration) -> None:
     share = calibration.sigma / np.maximum(np.abs(calibration.values), 1e-12)
     for name, part in zip(calibration.names, share, strict=True):
-        if name.endswith((".fx", ".fy")) and not part < 0.2:
+        if name.endswith((".fx", ".fy")) and not part < _OPEN:
             raise InputError(
-                f"{name} is known to {100.0 * part:.0f} % only: add views with the board tilted by 20 to 45 "
+                f"{name} is known to {100.0 * part:.1g} % only: add views with the board tilted by 20 to 45 "
                 "degrees, about different axes"
             )

@@ -104,8 +104,8 @@ def tiles_of(images: Image, *, saturation_dn: int) -> Tiles:
 def ramp_exposures_ms(longest_ms: float, *, octaves: float = 7.0) -> Floats:
     """36 exposures for a ramp up to ``longest_ms``, which should just clip.
 
-    A third goes down by octaves, a third is even, a third lies close below the clipping, to which the curve is
-    scaled.
+    A third goes down by octaves, a third is even, a third lies close below the clipping, to which the curve
+    is scaled.
     """
     even = np.linspace(longest_ms / 12.0, longest_ms, 12)
     top = np.linspace(0.72, 1.0, 12, endpoint=False) * longest_ms

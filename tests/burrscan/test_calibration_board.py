@@ -109,7 +109,7 @@ def test_too_few_and_untilted_views_are_refused() -> None:
     flat = BOARD.points_mm - BOARD.points_mm.mean(axis=0) + (0.0, 0.0, 600.0)
     same = [
         BoardView(str(i), rig.camera.project(flat + aside), rig.correspond(flat + aside))
-        for i, aside in enumerate(np.diag([1.0, 2.0, 3.0]))
+        for i, aside in enumerate(np.outer(np.arange(4.0), [1.0, 0.0, 0.0]))
     ]
     noisy = [
         BoardView(v.name, v.camera_px + 0.1 * np.sin(np.arange(108) * (i + 1)).reshape(54, 2), v.projector_px)
