@@ -41,7 +41,7 @@ def accept(run: Run, *, baselines: Path = BASELINES, note: str = "") -> Path:
     Raises
     ------
     InputError
-        When the run is unfinished, or is an accepted one itself.
+        When the run is unfinished, holds only some cases, or is an accepted one itself.
 
     """
     _refuse_unfit(run)
@@ -79,6 +79,8 @@ def _refuse_unfit(run: Run) -> None:
     path = run.directory.path
     if "accepted" in run.manifest:
         raise InputError(f"{path}: is an accepted run already")
+    if run.manifest["only"] != "*":
+        raise InputError(f"{path}: holds only some of the suite's cases; run all of them to accept it")
     if run.missing:
         raise InputError(
             f"{path}: {run.missing} record(s) are still missing; burrscan run --resume --out {path}"

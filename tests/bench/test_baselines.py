@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -47,6 +48,9 @@ def test_what_cannot_be_accepted(tmp_path: Path) -> None:
     path = accept(run, baselines=tmp_path / "b")
     with pytest.raises(InputError, match="accepted run already"):
         accept(load_run(path), baselines=tmp_path / "b")
+    some = replace(run, manifest={**run.manifest, "only": "finish=turned,*"})
+    with pytest.raises(InputError, match="only some"):
+        accept(some, baselines=tmp_path / "b")
     records = tmp_path / "run" / "records.jsonl"
     records.write_text("\n".join(records.read_text().splitlines()[:-1]) + "\n")
     with pytest.raises(InputError, match="1 record"):
