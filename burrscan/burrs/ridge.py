@@ -367,7 +367,7 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     off = np.abs(patch.v_mm - ridge.parameters[1] - ridge.parameters[2] * patch.u_mm)
     patch = _part(patch, off < (widest + 0.5) * spacing)
     ridge = _fitted(patch, ridge.parameters, 1, _SYMMETRIC, extent, spacing)
-    halves = np.arange(0.4, widest, 0.2) * spacing
+    halves = np.arange(0.4, widest, 0.1) * spacing
     chi2, every = _over_widths(
         patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, 1, _HELD, halves
     )

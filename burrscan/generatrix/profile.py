@@ -37,7 +37,8 @@ def profile_of(vertices_mm: Floats, axis: Axis) -> Profile:
 def meridian_of(vertices_mm: Floats, axis: Axis) -> tuple[Floats, Floats]:
     """Position along ``axis`` and distance from it, (V,) each; :func:`profile_of` without the angle. O(V)."""
     transform = T_part_mesh(axis.point_mm, axis.direction)
-    return _meridian(np.ascontiguousarray(vertices_mm, dtype=np.float64), transform)
+    z, r = _meridian(np.ascontiguousarray(vertices_mm, dtype=np.float64), transform)
+    return z, r
 
 
 @njit(cache=True, nogil=True)

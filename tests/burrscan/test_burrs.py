@@ -15,6 +15,7 @@ from burrscan.burrs import burrs_residual, burrs_seed
 from burrscan.burrs.detect import BOXES, evidence_of, threshold
 from burrscan.burrs.field import field_of
 from burrscan.burrs.seed import _planes_cut
+from burrscan.burrs.stated import calibrated
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm
@@ -132,10 +133,25 @@ def test_regular_rows_leave_height_open_and_say_so() -> None:
         assert abs(burr.height_mm.value - 2.0) < 2.0 * burr.height_mm.sigma
 
 
-def test_a_crest_on_a_vertex_is_measured_exactly() -> None:
-    scan = revolution_scan(sigma_mm=0.05, seed=1, burrs=(RidgeBurr(angle_deg=10.0),))
-    (burr,) = found(scan)
-    assert burr.height_mm.value == pytest.approx(2.0, abs=0.05)
+@pytest.mark.parametrize("height_mm", [2.0, 1.5])
+def test_a_crest_on_a_vertex_is_measured_exactly(height_mm: float) -> None:
+    for seed in range(4):
+        scan = revolution_scan(
+            sigma_mm=0.05, seed=seed, burrs=(RidgeBurr(angle_deg=10.0, height_mm=height_mm),)
+        )
+        (burr,) = found(scan)
+        assert burr.height_mm.value == pytest.approx(height_mm, abs=0.05)
+
+
+def test_the_height_is_that_of_the_highest_stretch() -> None:
+    def lift(z: Floats, r: Floats, angle: Floats) -> Floats:
+        across = np.abs(angle - np.radians(15.0)) * r
+        height = np.where(z > 0.0, 1.0, 1.6)  # a parabola along the burr would round the step off
+        return np.asarray(height * np.clip(1.0 - across / 0.8, 0.0, None))
+
+    (burr,) = found(scattered_scan("cylinder", lift, seed=14))
+    assert burr.height_mm.value == pytest.approx(1.6, abs=0.1)
+    assert abs(burr.height_mm.value - 1.6) < 3.0 * burr.height_mm.sigma
 
 
 @pytest.mark.parametrize("shape", ["stepped_wheel", "cylinder", "vase", "flanged_hub", "torus"])
@@ -238,3 +254,22 @@ def test_angles_are_those_of_the_part_frame() -> None:
     part = T_part_mesh(axis.point_mm, axis.direction)
     origin = part[:3, :3] @ burr.T_mesh_burr[:3, 3] + part[:3, 3]
     assert np.degrees(np.arctan2(origin[1], origin[0])) == pytest.approx(burr.angle_deg.value, abs=1e-6)
+
+
+def test_what_lies_on_the_border_of_the_mesh_only_is_no_evidence() -> None:
+    # The last column of pixels before a terminator is half lit, and off by many sigma, all of it together.
+    scan = revolution_scan("cylinder", sigma_mm=0.02, seed=15, shape=(300, 100))
+    vertices = scan.vertices_mm.reshape(300, 100, 3).copy()
+    local = (vertices[-1] - scan.T_mesh_part[:3, 3]) @ scan.T_mesh_part[:3, :3]
+    outward = (local * [1.0, 1.0, 0.0] / np.hypot(local[:, :1], local[:, 1:2])) @ scan.T_mesh_part[:3, :3].T
+    vertices[-1] += 0.2 * outward
+    assert found(dataclasses.replace(scan, vertices_mm=vertices.reshape(-1, 3))) == ()
+
+
+def test_sigmas_that_promise_too_much_are_raised() -> None:
+    rng = np.random.default_rng(16)
+    stated = np.where(np.arange(4000) < 1000, 0.08, 0.01)
+    true = np.where(np.arange(4000) < 1000, 0.24, 0.01)
+    raised = calibrated(stated, rng.normal(size=4000) * true)
+    assert raised[:1000] == pytest.approx(0.24, rel=0.1)
+    assert raised[1000:] == pytest.approx(0.01, rel=0.1)
