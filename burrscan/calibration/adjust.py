@@ -69,16 +69,18 @@ class Adjusted:
 def adjust(views: list[BoardView], board: Board, start: Start) -> Adjusted:
     """Minimise the weighted squares of all corners' residuals.
 
-    Camera and projector corners have weights of their own, from their residuals (variance components, Helmert
-    1907); corners off by more than five standard deviations are set aside. Dense normal equations:
-    O((devices + views)² · corners · views).
+    A projector's corner that the code carried over has the camera corner's error in it: that part of its
+    residual is taken off (``slope``), what is left is its own. Camera and projector corners have weights of
+    their own, from their residuals (variance components, Helmert 1907); corners off by more than five
+    standard deviations are set aside. Dense normal equations: O((devices + views)² · corners · views).
     """
     observed = np.stack([np.stack([v.camera_px, v.projector_px]) for v in views])
+    slope = np.stack([np.zeros((len(v.camera_px), 2, 2)) if v.slope is None else v.slope for v in views])
     used: Bools = np.asarray(np.isfinite(observed).all(axis=-1))
     x = np.concatenate([part.ravel() for part in start])
     sigma = np.ones(2)
     for step in range(_WEIGHT_STEPS + 1):
-        residual, jacobian, x = _solved(x, observed, used, sigma, start, board.points_mm)
+        residual, jacobian, x = _solved(x, observed, slope, used, sigma, start, board.points_mm)
         scale, inverse = _variances(residual, jacobian, used)
         sigma = sigma * scale
         if step == _WEIGHT_STEPS - 1:
@@ -100,16 +102,20 @@ def adjust(views: list[BoardView], board: Board, start: Start) -> Adjusted:
 
 
 def _solved(
-    x: Floats, observed: Floats, used: Bools, sigma: Floats, start: Start, points: Floats
+    x: Floats, observed: Floats, slope: Floats, used: Bools, sigma: Floats, start: Start, points: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Weighted residuals (used corners × 2), their Jacobian, and the parameters, at the minimum."""
     weight = np.broadcast_to((1.0 / sigma)[None, :, None, None], observed.shape)[used].ravel()
 
     def residual(p: Floats) -> Floats:
-        return (observed - _seen(p, start, points)[0])[used].ravel() * weight
+        off = observed - _seen(p, start, points)[0]
+        off[:, 1] -= np.einsum("vnij,vnj->vni", slope, off[:, 0])
+        return off[used].ravel() * weight
 
     def jacobian(p: Floats) -> Floats:
-        return -_seen(p, start, points)[1][used].reshape(-1, len(p)) * weight[:, None]
+        by = -_seen(p, start, points)[1]
+        by[:, 1] -= slope @ by[:, 0]
+        return by[used].reshape(-1, len(p)) * weight[:, None]
 
     found = least_squares(
         residual, x, jac=jacobian, method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12, max_nfev=_MOST_STEPS

@@ -53,15 +53,19 @@ class BoardView:
         (corners, 2) in the camera's image.
     projector_px
         (corners, 2) in the projector's, NaN where too little decodes around a corner.
+    slope
+        (corners, 2, 2) how ``projector_px`` moves with ``camera_px``: where the code carried a corner over,
+        the error of the camera's corner went with it. None for corners measured apart.
 
     """
 
     name: str
     camera_px: Floats
     projector_px: Floats
+    slope: Floats | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, camera_px=self.camera_px, projector_px=self.projector_px)
+        freeze(self, camera_px=self.camera_px, projector_px=self.projector_px, slope=self.slope)
 
     @property
     def known(self) -> Bools:
@@ -84,7 +88,7 @@ def board_view(name: str, white: Image, correspondence: Correspondence, board: B
             f"{name}: no board of {board.columns}×{board.rows} inner corners in the white picture; count the "
             "corners where four squares meet, and let the whole board be in sight and evenly lit"
         )
-    view = BoardView(name, corners, projector_corners(corners, correspondence, board))
+    view = BoardView(name, corners, *projector_corners(corners, correspondence, board))
     if not view.known.any():
         raise InputError(f"{name}: the board is found, but no code decodes around its corners")
     return view
@@ -105,7 +109,7 @@ def find_corners(white: Image, board: Board) -> Floats | None:
     return refined(white, np.asarray(corners, dtype=float).reshape(-1, 2), rows=board.rows)
 
 
-def projector_corners(corners: Floats, correspondence: Correspondence, board: Board) -> Floats:
+def projector_corners(corners: Floats, correspondence: Correspondence, board: Board) -> tuple[Floats, Floats]:
     """Corners in the projector's image, by a homography around each (Moreno & Taubin 2012).
 
     Parameters
@@ -119,30 +123,33 @@ def projector_corners(corners: Floats, correspondence: Correspondence, board: Bo
 
     Returns
     -------
-    (corners, 2), NaN where fewer than 40 pixels decode. O(pixels).
+    (corners, 2), and (corners, 2, 2) derivatives by the camera's; NaN where fewer than 40 pixels decode.
+    O(pixels).
 
     """
     grid = corners.reshape(board.rows, board.columns, 2)
     steps = [np.linalg.norm(np.diff(grid, axis=axis), axis=-1).ravel() for axis in (0, 1)]
     reach = 0.5 * float(np.min(np.concatenate(steps)))
-    return np.stack([_carried(corner, correspondence, reach) for corner in corners])
+    carried = np.stack([_carried(corner, correspondence, reach) for corner in corners])
+    return carried[:, :, 0], carried[:, :, 1:]
 
 
 def _carried(corner: Floats, correspondence: Correspondence, reach: float) -> Floats:
+    """(2, 3) the corner in the projector, and its derivative by the corner in the camera."""
     height, width = correspondence.mask.shape
     low = np.maximum(np.ceil(corner - reach), 0).astype(int)
     high = np.minimum(np.floor(corner + reach) + 1, (width, height)).astype(int)
     window = slice(low[1], high[1]), slice(low[0], high[0])
     rows, columns = np.nonzero(correspondence.mask[window])
     if len(rows) < _LEAST_PIXELS or correspondence.v_px is None:
-        return np.full(2, np.nan)
+        return np.full((2, 3), np.nan)
     offset = np.stack([columns + low[0], rows + low[1]], axis=-1) - corner
     seen = np.stack([correspondence.u_px[window], correspondence.v_px[window]], axis=-1)
-    return _homography_at_origin(offset / reach, seen[rows, columns].astype(float))
+    return _homography_at_origin(offset / reach, seen[rows, columns].astype(float)) / (1.0, reach, reach)
 
 
 def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:
-    """The image (2,) of the origin under the homography that best takes ``xy`` (n, 2) to ``uv`` (n, 2).
+    """(2, 3) image of the origin, and slope there, of the homography that best takes ``xy`` to ``uv`` (n, 2).
 
     ``uv = (A xy + b) / (1 + c·xy)``: linear in (A, b, c) after multiplying out; dividing the equations by
     the last denominator makes the residuals those of ``uv``. Pixels that decode wrongly drop out.
@@ -164,4 +171,5 @@ def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:
         off = np.stack([affine @ h[:3], affine @ h[3:6]], axis=-1) / depth[:, None] - d
         size = np.hypot(off[:, 0], off[:, 1])
         keep = size <= _OUTLIER_Z * np.median(size) + 1e-9
-    return np.asarray(centre + h[[2, 5]])
+    a, b = np.stack([h[0:2], h[3:5]]), h[[2, 5]]
+    return np.column_stack([centre + b, a - np.outer(b, h[6:])])

@@ -159,12 +159,13 @@ def test_homographies_carry_corners_through_wrong_codes() -> None:
     )
     mask = np.ones(u.shape, bool)
     mask[40:75, 40:75] = False
-    found = projector_corners(corners, Correspondence(u, sigma, mask, v, sigma), BOARD)
+    found, slope = projector_corners(corners, Correspondence(u, sigma, mask, v, sigma), BOARD)
     true = np.stack([line[0] * corners[:, 0] + line[1] * corners[:, 1] + line[2] for line in h], axis=-1)
     error = found - true[:, :2] / true[:, 2:]
     assert np.isnan(found[0]).all()  # nothing decodes around it
     known = np.isfinite(error[:, 0])
     assert known.sum() >= 52
+    assert np.abs(slope[known] - h[:2, :2]).max() < 0.08
     assert np.sqrt((error[known] ** 2).mean()) < 0.05
 
 
