@@ -123,10 +123,15 @@ def pair(base: Arm, new: Arm) -> Pairing:
 
 
 def _scenes(records: Sequence[Record]) -> Ints:
-    """Scene numbers. Where nothing but the seed is varied, what the seed draws makes the scene."""
+    """Scene numbers. Where nothing but the seed is varied, what the seed draws makes the scene.
+
+    Where it draws nothing but noise there is one scene, and all that is left to resample are its seeds.
+    """
     keys = [_without_seed(record.parameters) for record in records]
     if len(set(keys)) == 1:
         keys = [record.scene_hash for record in records]
+    if len(set(keys)) == 1:
+        keys = [record.case for record in records]
     return _numbered(keys)
 
 

@@ -37,6 +37,8 @@ class Row:
     seen
         Which way the difference certainly goes, or nothing: zero is outside the interval, and ``p_holm`` at
         most 0.05. A metric may be equivalent and still be seen to be a little worse.
+    every
+        Which way all pairs go by more than the margin, in a suite too small for a test; or nothing.
     note
         What one must know to read the row.
 
@@ -61,6 +63,7 @@ class Row:
     scenes: int
     verdict: Verdict
     seen: Seen = ""
+    every: Seen = ""
     note: str = ""
 
 

@@ -76,5 +76,13 @@ def remarks(arm: ArmComparison) -> list[str]:
         lines += [f"{title}: {case}" for case in cases]
     if not arm.same_noise:
         lines.append("the arms saw different noise: pairs differ by chance as well")
-    lines += [f"{row.title}: {row.note}" for row in arm.rows if row.note and row.metric != "burr_found"]
-    return lines
+    return lines + _notes(arm)
+
+
+def _notes(arm: ArmComparison) -> list[str]:
+    """What is to be known of rows, those with the same note together."""
+    titles: dict[str, list[str]] = {}
+    for row in arm.rows:
+        if row.note and row.metric != "burr_found":
+            titles.setdefault(row.note, []).append(row.title)
+    return [f"{', '.join(names)}: {note}" for note, names in titles.items()]

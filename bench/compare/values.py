@@ -49,9 +49,11 @@ def _failed_value(values: Floats, name: str, margin: float) -> float:
     if metric.unit == "1" or math.isnan(metric.on_failure):
         return metric.on_failure
     known = values[np.isfinite(values)]
+    if not known.size:  # nothing to be worse than
+        return math.nan
     if metric.better == "higher":
-        return float(known.min(initial=0.0)) - margin
-    return float(known.max(initial=0.0)) + margin
+        return float(known.min()) - margin
+    return float(known.max()) + margin
 
 
 def burr_outcomes(pairing: Pairing) -> tuple[Bools, Bools]:

@@ -64,6 +64,8 @@ def _judged(row: Row, adjusted: Iterator[float]) -> Row:
     p = next(adjusted) if row.gated else row.p
     ends = (row.difference, row.low, row.high)
     verdict = decide(*ends, p=p, margin=row.margin, better=row.better)
+    if verdict == "inconclusive" and row.every:
+        verdict = row.every
     return replace(row, p_holm=p, verdict=verdict, seen=seen(*ends, p=p, better=row.better))
 
 

@@ -183,6 +183,36 @@ def test_the_command(base: Run, tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "worse in axis angle" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("cases", [1, 4, 10])
+def test_in_a_small_suite_a_difference_in_every_case_is_a_fact(base: Run, tmp_path: Path, cases: int) -> None:
+    new = written_run(tmp_path / "new", change=worse_axis)
+    few = [replace(run, records=run.records[:cases]) for run in (base, new)]
+    row = row_of(compare_runs(*few).arms[0], "axis_deg")
+    assert (row.verdict, compare_runs(*few).exit_code) == ("worse", 1)
+    assert row.every == "worse"
+
+
+def test_in_a_small_suite_one_case_that_differs_proves_nothing(base: Run, tmp_path: Path) -> None:
+    one = written_run(tmp_path / "n", change=lambda k, m: worse_axis(k, m) if k == 1 else m)
+    few = [replace(run, records=run.records[:6]) for run in (base, one)]
+    assert row_of(compare_runs(*few).arms[0], "axis_deg").verdict == "inconclusive"
+    noisy = [replace(record, identity="other") for record in worse_run(tmp_path).records[:6]]
+    other = replace(few[0], records=tuple(noisy))
+    assert row_of(compare_runs(few[0], other).arms[0], "axis_deg").every == ""
+
+
+def worse_run(folder: Path) -> Run:
+    return written_run(folder / "worse", change=worse_axis)
+
+
+def test_no_result_at_all_is_not_called_equivalent(base: Run) -> None:
+    nothing = base
+    for number in range(16):
+        nothing = with_failure(nothing, number)
+    rows = compare_runs(nothing, nothing).arms[0].rows
+    assert next(row.verdict for row in rows if row.metric == "depth_rms_mm") == "inconclusive"
+
+
 def test_false_verdicts_are_rare_and_a_regression_of_the_margin_is_caught() -> None:
     """Twenty A/A comparisons of eight scenes; bench/compare/README.md has 200 of each size."""
     rates = error_rates(20, scenes=8, seeds=2, sizes=(1.0,), names=("coverage", "depth_rms_mm"))
