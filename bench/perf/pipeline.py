@@ -1,0 +1,121 @@
+"""Images to mesh, stage by stage, for the adaptive default: 60 recorded frames replayed from memory.
+
+    python -m bench.perf.pipeline [--scene NAME] [--scale S] [--rounds N]
+
+The pictures are taken once; then the scan's own work on them is timed without the taking, planning of the next
+patterns included. Printed: wall and processor milliseconds (median over the rounds) of each stage, and what
+reading every frame once costs, which no decoder can undercut.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from burrscan.arrays import Image
+from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.meshing import surface
+from burrscan.rig import Rig
+from burrscan.scan import adaptive
+from burrscan.scanner import Patterns, Scanner
+from scenes.scene import scene_document, scene_from
+from scenes.simulate import simulate
+
+_STAGES = (
+    "bracket", "plan_exposures_ms", "read", "torn", "light_bias_px", "wander_px", "fill", "epipolar_v",
+    "intensities", "patterns", "_fuse",
+)  # fmt: skip
+Times = dict[str, list[tuple[float, float]]]
+
+
+class Tape:
+    """A scanner whose pictures are kept, and then given again in the same order."""
+
+    def __init__(self, scanner: Scanner) -> None:
+        self._scanner = scanner
+        self.images: list[Image] = []
+        self._next = -1
+
+    @property
+    def rig(self) -> Rig:
+        """The calibration as the algorithm is told it."""
+        return self._scanner.rig
+
+    @property
+    def camera(self) -> CameraSheet:
+        """The camera's data sheet."""
+        return self._scanner.camera
+
+    @property
+    def projector(self) -> ProjectorSheet:
+        """The projector's data sheet."""
+        return self._scanner.projector
+
+    def rewind(self) -> None:
+        """From now on give what was kept."""
+        self._next = 0
+
+    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
+        """Take and keep, or give again."""
+        if self._next < 0:
+            self.images.append(self._scanner.capture(patterns, exposure_ms))
+            return self.images[-1]
+        self._next += 1
+        return self.images[self._next - 1]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--scene", default="paper")
+    parser.add_argument("--scale", type=float, default=1.0)
+    parser.add_argument("--rounds", type=int, default=5)
+    given = parser.parse_args()
+    document = scene_document(given.scene)
+    document["rig"] = document.get("rig", {}) | {"scale": given.scale}
+    tape = Tape(simulate(scene_from(document, source=given.scene)).scanner())
+    surface(adaptive.scan_adaptive(tape).correspondence, tape.rig)  # compiles, and records
+    times: Times = {}
+    for name in _STAGES:
+        setattr(adaptive, name, _clocked(getattr(adaptive, name), name, times))
+    for _ in range(given.rounds):
+        tape.rewind()
+        scan = _clocked(adaptive.scan_adaptive, "scan in all", times)(tape)
+        _clocked(surface, "mesh", times)(scan.correspondence, tape.rig)
+        _clocked(_read_once, "reading all frames once", times)(tape.images)
+    _say(times, given.rounds)
+
+
+def _read_once(images: list[Image]) -> int:
+    return sum(int(stack.max()) for stack in images)
+
+
+def _clocked(work: Callable[..., Any], name: str, times: Times) -> Callable[..., Any]:
+    """The same function, its wall and processor seconds written down."""
+
+    def timed(*args: Any, **kwargs: Any) -> Any:
+        wall, processor = time.perf_counter(), time.process_time()
+        result = work(*args, **kwargs)
+        spent = time.perf_counter() - wall, time.process_time() - processor
+        times.setdefault(name, []).append(spent)
+        return result
+
+    return timed
+
+
+def _say(times: Times, rounds: int) -> None:
+    print(f"{'':26}{'wall':>9}{'processor':>11}   ms per scan")
+    for name, spent in times.items():
+        per_round = np.array(spent).reshape(rounds, -1, 2).sum(axis=1)
+        wall, processor = 1e3 * np.median(per_round, axis=0)
+        print(f"{name:26}{wall:9.0f}{processor:11.0f}")
+
+
+if __name__ == "__main__":
+    main()
