@@ -12,7 +12,7 @@ _MOST = 0.35
 
 
 def inner(faces: Ints32, count: int) -> Bools:
-    """(count,) True for the vertices that do not lie on the border of their mesh.
+    """(count,) True for the vertices that do not lie on the border of their mesh, nor off it.
 
     The footprint of a pixel at a terminator, a limb or a step in depth is seen or lit in part only, and its
     centroid is off its centre. So vertices on a border err together, all the way along it, by more than
@@ -21,7 +21,7 @@ def inner(faces: Ints32, count: int) -> Bools:
     if not len(faces):
         return np.ones(count, dtype=np.bool_)
     balance, used = _balance(faces, count)
-    inside: Bools = (balance == 0) | ~used
+    inside: Bools = (balance == 0) & used
     return inside if inside.mean() > 1.0 - _MOST else np.ones(count, dtype=np.bool_)
 
 

@@ -117,7 +117,7 @@ def _gridded(
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(sigma, calibrated(stated, deviation))
-    count, score = _summed(deviation, sigma, cell, counts, shape)
+    count, score = _summed(deviation, sigma, cell, counts & _mostly(counts, cell, shape[0]), shape)
     return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
 
 
@@ -165,6 +165,14 @@ def _cells(
         cell[i, 0] = min(int(along[i] / step_mm), shape[0] - 1)
         cell[i, 1] = min(int(turn / step_rad), shape[1] - 1)
     return cell
+
+
+def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
+    """(N,) True in rows most of whose vertices count: the others follow an edge all the way round."""
+    every = np.bincount(cell[:, 0], minlength=rows)
+    good = np.bincount(cell[:, 0], weights=counts, minlength=rows)
+    most: Bools = (2.0 * good >= every)[cell[:, 0]]
+    return most
 
 
 @njit(cache=True, nogil=True)

@@ -15,19 +15,26 @@ def calibrated(stated: Floats, deviation: Floats) -> Floats:
     """(N,) stated sigmas, raised to what vertices of about the same sigma deviate by.
 
     A scanner's sigmas know photons and patterns; where the light was bad they are large, but the errors (of
-    bounced light, above all) are larger still. One factor of at least 1 per octave of the sigma; an octave of
-    few vertices is judged together with those above. O(N).
+    bounced light, above all) are larger still. O(N).
     """
     if not (stated > 0.0).all():
         return stated
-    octave = np.round(np.log2(stated / np.median(stated))).astype(np.int64)
+    return np.asarray(stated * _excess(stated, np.abs(deviation) / (_GAUSSIAN * stated)))
+
+
+def _excess(noise: Floats, size: Floats) -> Floats:
+    """(N,) factor, at least 1, by which the 80 % point of ``size`` (N,) exceeds 1 among values of like noise.
+
+    One factor per octave of ``noise`` (N,); an octave with few values is judged together with those above.
+    """
+    octave = np.round(np.log2(noise / np.median(noise))).astype(np.int64)
     octave -= octave.min()
-    ratio = np.abs(deviation) / stated
     factor = np.ones(int(octave.max()) + 1)
     above = np.empty(0, dtype=np.int64)
+    start = len(factor)
     for k in range(len(factor))[::-1]:
         above = np.append(np.flatnonzero(octave == k), above)
         if len(above) >= _FEWEST:
-            factor[k:][factor[k:] == 1.0] = max(float(np.quantile(ratio[above], _SHARE)) / _GAUSSIAN, 1.0)
-            above = above[:0]
-    return np.asarray(stated * factor[octave])
+            factor[k:start] = max(float(np.quantile(size[above], _SHARE)), 1.0)
+            start, above = k, above[:0]
+    return factor[octave]
