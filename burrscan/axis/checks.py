@@ -116,7 +116,7 @@ def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
         e = perpendicular_basis(axis.direction)
         normal, right = _wave_equations(vertices, axis.point_mm, e, deviation, 3.0 * sigma)
         wave = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
-        share = float(_swing(vertices, axis.point_mm, e, deviation, wave)) / sigma
+        share = _swing(normal, wave) / sigma
     return Check(
         "residual_symmetry", share < LARGEST_WAVE, share, LARGEST_WAVE, "",
         "swing of the deviations once around the axis, over their robust spread",
@@ -151,15 +151,8 @@ def _wave_equations(
     return normal, right
 
 
-@kernel
-def _swing(
-    vertices: Floats, point: Floats, e: Floats, deviation: Floats, wave: Floats
-) -> float:  # pragma: no cover
-    """Peak to peak of the wave over the angles that have data."""
-    low, high = np.inf, -np.inf
-    for i in range(len(deviation)):
-        if np.isfinite(deviation[i]):
-            cosine, sine = _around(vertices, i, point, e)
-            value = wave[1] * cosine + wave[2] * sine
-            low, high = min(low, value), max(high, value)
-    return high - low
+def _swing(normal: Floats, wave: Floats) -> float:
+    """Peak to peak of the sine that has as much power as the wave has over the data (its normal matrix)."""
+    centred = normal[1:, 1:] - np.outer(normal[0, 1:], normal[0, 1:]) / normal[0, 0]
+    power = float(wave[1:] @ centred @ wave[1:]) / float(normal[0, 0])
+    return float(np.sqrt(8.0 * max(power, 0.0)))
