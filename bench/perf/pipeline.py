@@ -3,8 +3,8 @@
     python -m bench.perf.pipeline [--scene NAME] [--scale S] [--rounds N]
 
 The pictures are taken once; then the scan's own work on them is timed without the taking, planning of the
-next patterns included. Printed: wall and processor milliseconds (median over the rounds) of each stage, and what
-reading every frame once costs, which no decoder can undercut.
+next patterns included. Printed: wall and processor milliseconds (median over the rounds) of each stage, and
+what reading every frame once costs, which no decoder can undercut.
 """
 
 from __future__ import annotations
