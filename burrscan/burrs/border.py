@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from burrscan.arrays import Bools, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints, Ints32
 
 _MOST = 0.35
 """A mesh with a larger share of border than this is full of pinholes: its border is nothing special."""
@@ -16,13 +16,22 @@ def inner(faces: Ints32, count: int) -> Bools:
 
     The footprint of a pixel at a terminator, a limb or a step in depth is seen or lit in part only, and its
     centroid is off its centre. So vertices on a border err together, all the way along it, by more than
-    their noise: no mean over them tells a burr. For clouds and meshes full of pinholes all are inner. O(T).
+    their noise: see :func:`border_spread_mm`. For clouds and meshes full of pinholes all are inner. O(T).
     """
     if not len(faces):
         return np.ones(count, dtype=np.bool_)
     balance, used = _balance(faces, count)
     inside: Bools = (balance == 0) & used
     return inside if inside.mean() > 1.0 - _MOST else np.ones(count, dtype=np.bool_)
+
+
+def border_spread_mm(deviation_mm: Floats) -> float:
+    """Noise of vertices on borders, a class of its own: 98 of 100 are off by no more than 1.645 times this.
+
+    Of normal noise it would be 90; borders have heavier tails. They count with that noise: a burr so steep
+    that it is an island of the mesh is all border.
+    """
+    return float(np.quantile(np.abs(deviation_mm), 0.98)) / 1.645 if len(deviation_mm) else 0.0
 
 
 @njit(cache=True, nogil=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.border import inner
+from burrscan.burrs.border import border_spread_mm, inner
 from burrscan.burrs.stated import calibrated
 from burrscan.generatrix.cells import arc_of
 from burrscan.generatrix.deviation import feet_of
@@ -84,7 +84,7 @@ class Field:
 def field_of(
     vertices_mm: Floats, faces: Ints32, axis: Axis, generatrix: Generatrix, *, sigma_mm: Floats | float | None
 ) -> Field:
-    """Compute the residual field; border vertices are in it, but do not count in its cells. O(V + T)."""
+    """Compute the residual field; border vertices have a noise class of their own. O(V + T)."""
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile.z_mm, profile.r_mm, line)
@@ -117,7 +117,9 @@ def _gridded(
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(sigma, calibrated(stated, deviation))
-    count, score = _summed(deviation, sigma, cell, counts & _mostly(counts, cell, shape[0]), shape)
+    doubtful = ~(counts & _mostly(counts, cell, shape[0]))
+    sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
+    count, score = _summed(deviation, sigma, cell, np.ones_like(counts), shape)
     return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
 
 
