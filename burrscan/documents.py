@@ -31,7 +31,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: {error}") from error
 
 
-def read_json(path: Path) -> Any:  # noqa: ANN401 (what a JSON file holds)
+def read_json(path: Path) -> Any:
     """A JSON file as plain values; :class:`InputError` says what is wrong with the file."""
     try:
         return json.loads(path.read_text("utf-8"))
@@ -68,7 +68,7 @@ def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
         ) from error
 
 
-def _line(cls: type[Any], error: Any) -> str:  # noqa: ANN401 (pydantic's error dictionaries)
+def _line(cls: type[Any], error: Any) -> str:
     where = ".".join(str(part) for part in error["loc"])
     if error["type"] in {"extra_forbidden", "unexpected_keyword_argument"}:
         return f"{where}: unknown key; {suggest(str(error['loc'][-1]), _known_keys(cls))}"
