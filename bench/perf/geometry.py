@@ -114,7 +114,7 @@ def finders() -> dict[str, Finder]:
 
 
 def _by_pyransac3d(scan: RevolutionScan, seed: int) -> Floats:
-    """A cylinder through 5000 points, within four sigma (the best of 0.2 to 4 mm at a sigma of 0.05 mm)."""
+    """A cylinder through 5000 points, within four sigma (one setting, not searched)."""
     cylinder = importlib.import_module("pyransac3d").Cylinder()
     rng = np.random.default_rng(seed)
     points = scan.vertices_mm[rng.choice(len(scan.vertices_mm), SAMPLE, replace=False)]
