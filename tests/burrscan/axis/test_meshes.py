@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from bench.axis.revolution import axis_angle_deg
 from burrscan.axis import find_axis
+from burrscan.meshio import read_mesh
 from tests.views import single_view
 
 MESHES = Path(__file__).parents[3] / ".." / "shared" / "data" / "meshes"
@@ -26,8 +26,8 @@ def test_single_views(name: str) -> None:
     path = MESHES / name
     if not path.exists():
         pytest.skip(f"{path} is not here")
-    mesh = trimesh.load(path, force="mesh", skip_materials=True)
-    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int32)
+    mesh = read_mesh(path)
+    vertices, faces = mesh.vertices_mm, mesh.faces
     truth = np.eye(3)[AXES[name]]
     whole = find_axis(vertices, faces)
     assert axis_angle_deg(whole.direction, truth) < 0.05
