@@ -33,7 +33,11 @@ _LEAST_VERTICES = 8
 _SATELLITE = 0.5
 _HALO_MM = 2.5
 """How far from a burr its halo and its shadow reach."""
-_ODDS = {1: 1.5, -1: 1.0 / 1.5}
+_ODDS = {1: 2.5, -1: 1.0 / 1.5}
+"""How much higher a neighbour of the other sign must be for a region to be its satellite, by its own sign.
+
+Light that bounces at the foot of a burr digs a dip beside it, often deeper than the burr is high; a nick
+makes no ridge of its own height."""
 
 
 def convincing(field: Field, regions: list[Region]) -> list[Region]:
