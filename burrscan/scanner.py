@@ -65,3 +65,25 @@ class Scanner(Protocol):
             When a recorded scanner lacks a frame, or the exposure is outside what the camera offers.
 
         """
+
+
+class PassThrough:
+    """A scanner in front of another, with the same devices; who extends it says what a capture does besides."""
+
+    def __init__(self, scanner: Scanner) -> None:
+        self._scanner = scanner
+
+    @property
+    def rig(self) -> Rig:
+        """The calibration as the algorithm is told it."""
+        return self._scanner.rig
+
+    @property
+    def camera(self) -> CameraSheet:
+        """The camera's data sheet."""
+        return self._scanner.camera
+
+    @property
+    def projector(self) -> ProjectorSheet:
+        """The projector's data sheet."""
+        return self._scanner.projector

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Floats32, Image, Ints
-from burrscan.devices import CameraSheet, ProjectorSheet
-from burrscan.rig import Rig
-from burrscan.scanner import Patterns, Scanner
+from burrscan.devices import ProjectorSheet
+from burrscan.scanner import PassThrough, Patterns, Scanner
 from scenes.scene import SceneSpec
 from scenes.transport.matrix import LightTransport, SparseRows
 
@@ -35,27 +34,12 @@ class Shot:
     exposure_ms: float
 
 
-class WatchedScanner:
+class WatchedScanner(PassThrough):
     """Pass pictures through and remember what was shown and for how long, in ``shots``."""
 
     def __init__(self, scanner: Scanner) -> None:
-        self._scanner = scanner
+        super().__init__(scanner)
         self.shots: list[Shot] = []
-
-    @property
-    def rig(self) -> Rig:
-        """The calibration as the algorithm is told it."""
-        return self._scanner.rig
-
-    @property
-    def camera(self) -> CameraSheet:
-        """The camera's data sheet."""
-        return self._scanner.camera
-
-    @property
-    def projector(self) -> ProjectorSheet:
-        """The projector's data sheet."""
-        return self._scanner.projector
 
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
         """Capture, and remember."""

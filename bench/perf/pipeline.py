@@ -17,11 +17,9 @@ from typing import Any
 import numpy as np
 
 from burrscan.arrays import Image
-from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.meshing import surface
-from burrscan.rig import Rig
 from burrscan.scan import adaptive
-from burrscan.scanner import Patterns, Scanner
+from burrscan.scanner import PassThrough, Patterns, Scanner
 from scenes.scene import scene_document, scene_from
 from scenes.simulate import simulate
 
@@ -32,28 +30,13 @@ _STAGES = (
 Times = dict[str, list[tuple[float, float]]]
 
 
-class Tape:
+class Tape(PassThrough):
     """A scanner whose pictures are kept, and then given again in the same order."""
 
     def __init__(self, scanner: Scanner) -> None:
-        self._scanner = scanner
+        super().__init__(scanner)
         self.images: list[Image] = []
         self._next = -1
-
-    @property
-    def rig(self) -> Rig:
-        """The calibration as the algorithm is told it."""
-        return self._scanner.rig
-
-    @property
-    def camera(self) -> CameraSheet:
-        """The camera's data sheet."""
-        return self._scanner.camera
-
-    @property
-    def projector(self) -> ProjectorSheet:
-        """The projector's data sheet."""
-        return self._scanner.projector
 
     def rewind(self) -> None:
         """From now on give what was kept."""

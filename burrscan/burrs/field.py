@@ -119,7 +119,7 @@ def _gridded(
     sigma = np.maximum(sigma, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
-    count, score = _summed(deviation, sigma, cell, np.ones_like(counts), shape)
+    count, score = _summed(deviation, sigma, cell, shape)
     return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
 
 
@@ -327,13 +327,9 @@ def _local_noise(
 
 
 @njit(cache=True, nogil=True)
-def _summed(
-    deviation: Floats, sigma: Floats, cell: Ints32, counts: Bools, shape: tuple[int, int]
-) -> tuple[Floats, Floats]:
+def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:
     count, score = np.zeros(shape), np.zeros(shape)
     for i in range(len(deviation)):
-        if not counts[i]:
-            continue
         z = min(max(deviation[i] / sigma[i], -_CLIP), _CLIP)
         count[cell[i, 0], cell[i, 1]] += 1.0
         score[cell[i, 0], cell[i, 1]] += z

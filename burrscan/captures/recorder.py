@@ -11,13 +11,11 @@ from burrscan.arrays import Image
 from burrscan.captures.document import ScanDocument, Shot
 from burrscan.captures.folder import write_rig
 from burrscan.captures.png import write_grey
-from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.files import written_whole
-from burrscan.rig import Rig
-from burrscan.scanner import Patterns, Scanner
+from burrscan.scanner import PassThrough, Patterns, Scanner
 
 
-class RecordingScanner:
+class RecordingScanner(PassThrough):
     """Pass pictures through and keep them in a capture folder; :meth:`close` completes it.
 
     Parameters
@@ -32,27 +30,12 @@ class RecordingScanner:
     """
 
     def __init__(self, scanner: Scanner, folder: Path, *, scan: ScanDocument | None = None) -> None:
-        self._scanner = scanner
+        super().__init__(scanner)
         self._folder = folder
         self._scan = scan
         self._shots: list[Shot] = []
         for part in ("patterns", "images"):
             (folder / part).mkdir(parents=True, exist_ok=True)
-
-    @property
-    def rig(self) -> Rig:
-        """The calibration as the algorithm is told it."""
-        return self._scanner.rig
-
-    @property
-    def camera(self) -> CameraSheet:
-        """The camera's data sheet."""
-        return self._scanner.camera
-
-    @property
-    def projector(self) -> ProjectorSheet:
-        """The projector's data sheet."""
-        return self._scanner.projector
 
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
         """Capture, and write patterns and images to the folder."""
