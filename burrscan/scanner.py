@@ -68,7 +68,7 @@ class Scanner(Protocol):
 
 
 class PassThrough:
-    """A scanner in front of another, with the same devices; who extends it says what a capture does besides."""
+    """A scanner in front of another, with the same devices; its heirs say what a capture does besides."""
 
     def __init__(self, scanner: Scanner) -> None:
         self._scanner = scanner

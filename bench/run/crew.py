@@ -18,11 +18,11 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, TypeVar
 
+from scenes.renderer import THREADS_VARIABLE
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-THREADS_VARIABLE = "BURRSCAN_THREADS"
-"""Tells the renderer in a worker how many threads are its share."""
 _SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ATTEMPTS = 2
 _PATIENCE_S = 5.0
