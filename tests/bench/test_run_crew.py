@@ -9,7 +9,8 @@ from types import ModuleType
 
 import pytest
 
-from bench.run.crew import THREADS_VARIABLE, Crew, Died
+from bench.run.crew import Crew, Died
+from scenes.renderer import THREADS_VARIABLE
 
 HELPERS = '''
 import os, signal, pathlib
