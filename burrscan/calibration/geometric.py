@@ -70,7 +70,9 @@ class Calibration:
     @property
     def sigma(self) -> Floats:
         """(p,) standard deviations of the parameters."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
+        # Where the views leave a parameter open, rounding can make its variance negative: it is unbounded.
+        variance = np.diag(self.covariance)
+        return np.where(variance >= 0.0, np.sqrt(np.maximum(variance, 0.0)), np.inf)
 
 
 def calibrate(
