@@ -14,6 +14,7 @@ from burrscan.documents import STRICT
 from burrscan.rig import NO_DISTORTION, Rig, View
 
 Positive = Annotated[float, Field(gt=0.0)]
+Levels = Annotated[tuple[float, ...], Field(min_length=256, max_length=256)]
 Row = tuple[float, float, float, float]
 
 
@@ -63,6 +64,8 @@ class CameraDocument:
     read_noise_e: Annotated[float, Field(ge=0.0)]
     black_level_dn: Annotated[float, Field(ge=0.0)]
     exposure_range_ms: tuple[Positive, Positive]
+    response: tuple[tuple[float, ...], ...] = ()
+    crosstalk: tuple[tuple[float, ...], ...] = ()
 
     def sheet(self) -> CameraSheet:
         """The data sheet."""
@@ -71,15 +74,16 @@ class CameraDocument:
 
 @dataclass(frozen=True)
 class ProjectorDocument:
-    """The projector of ``capture.json``: light of each level relative to full white."""
+    """The projector of ``capture.json``; see :class:`burrscan.devices.ProjectorSheet`."""
 
     __pydantic_config__ = STRICT
 
-    light: Annotated[tuple[float, ...], Field(min_length=256, max_length=256)]
+    light: Levels | tuple[Levels, ...]
+    crosstalk: tuple[tuple[float, ...], ...] = ()
 
     def sheet(self) -> ProjectorSheet:
         """The data sheet."""
-        return ProjectorSheet(np.array(self.light))
+        return ProjectorSheet(np.array(self.light), self.crosstalk)
 
 
 @dataclass(frozen=True)

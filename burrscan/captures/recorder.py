@@ -55,7 +55,7 @@ class RecordingScanner(PassThrough):
             "format": "burrscan-capture",
             "version": 1,
             "camera": asdict(self.camera),
-            "projector": {"light": self.projector.light.tolist()},
+            "projector": asdict(self.projector) | {"light": self.projector.light.tolist()},
             "shots": [asdict(shot) for shot in self._shots],
         }
         if self._scan is not None:

@@ -10,6 +10,7 @@ import numpy as np
 from burrscan.arrays import Floats, Floats32, Image, Levels, freeze
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.linear import linear_camera, linear_images
 from burrscan.rig import View
 from burrscan.scanner import Patterns
 
@@ -26,18 +27,22 @@ class Code:
         (F, width) light of each frame and column relative to full white, 0 .. 1, linear.
     names
         One unique name per frame.
-    decode
-        From the frames' images (F, h, w) DN, by the camera's data sheet, to a correspondence. It never
+    decode_linear
+        From the frames' images (F, h, w) DN, by a linear camera's data sheet, to a correspondence. It never
         needs the projector's response: the light is linear when it leaves the projector.
 
     """
 
     light: Floats
     names: tuple[str, ...]
-    decode: Callable[[Image, CameraSheet], Correspondence]
+    decode_linear: Callable[[Image, CameraSheet], Correspondence]
 
     def __post_init__(self) -> None:
         freeze(self, light=self.light)
+
+    def decode(self, images: Image, camera: CameraSheet) -> Correspondence:
+        """Images (F, h, w) DN of any camera to a correspondence; a response curve is taken off first."""
+        return self.decode_linear(linear_images(images, camera), linear_camera(camera))
 
 
 def patterns(
