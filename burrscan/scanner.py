@@ -59,6 +59,9 @@ class Scanner(Protocol):
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
         """Show each pattern, expose for ``exposure_ms`` and return the images, (F, height, width) DN.
 
+        They are raw: a strategy begins with ``scanner = linear(scanner)`` (:mod:`burrscan.linear`), which
+        takes the response curve off where the camera has one.
+
         Raises
         ------
         burrscan.errors.InputError

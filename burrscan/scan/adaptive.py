@@ -15,6 +15,7 @@ from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
 from burrscan.errors import InputError
+from burrscan.linear import linear
 from burrscan.scan.consistency import consistent
 from burrscan.scan.exposure import Response, bracket, even
 from burrscan.scan.guess import fill
@@ -67,6 +68,7 @@ def scan_adaptive(
         When ``frames`` leave fewer than five frequencies for the final round.
 
     """
+    scanner = linear(scanner)
     camera = scanner.camera
     response = bracket(scanner, ratio=bracket_ratio, black_rungs=1)
     width = scanner.rig.projector.width

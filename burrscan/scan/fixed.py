@@ -9,6 +9,7 @@ import numpy as np
 from burrscan.codes import METHODS as CODES
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Scan
+from burrscan.linear import linear
 from burrscan.scan.exposure import best_exposure_ms, bracket, even
 from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
@@ -49,6 +50,7 @@ def scan_fixed(
         For an unknown family or parameter.
 
     """
+    scanner = linear(scanner)
     family = resolve(code, CODES, stage="code")
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")

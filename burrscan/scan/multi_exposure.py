@@ -9,6 +9,7 @@ import numpy as np
 from burrscan.codes import METHODS as CODES
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
+from burrscan.linear import linear
 from burrscan.scan.exposure import bracket, even, usable_at
 from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
@@ -41,6 +42,7 @@ def scan_multi_exposure(
         For an unknown family or parameter.
 
     """
+    scanner = linear(scanner)
     family = resolve(code, CODES, stage="code")
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")

@@ -23,6 +23,7 @@ from burrscan.codes.gray import decode_gray, gray_bits
 from burrscan.codes.gray_phase import gray_phase
 from burrscan.correspondence import Scan
 from burrscan.devices import CameraSheet
+from burrscan.linear import linear
 from burrscan.scan.consistency import shifted
 from burrscan.scan.exposure import Response, even, sine_sigma_px
 from burrscan.scan.guess import fill
@@ -86,6 +87,7 @@ def scan_seed(
     8 sines, 1 white; 50 in all. O(frames · pixels).
 
     """
+    scanner = linear(scanner)
     camera, view = scanner.camera, scanner.rig.projector
     crude = _crude(scanner, cell_px=crude_cell_px, exposures=crude_exposures)
     least = least_intensity if adapt else 1.0
