@@ -93,6 +93,13 @@ class CameraSheet:
         low, high = np.maximum(dn - 1.0, 0.0), np.minimum(dn + 1.0, float(self.saturation_dn))
         return np.asarray((self.electrons_of(high) - self.electrons_of(low)) / (high - low))
 
+    def rounding_e2(self, electrons: Floats) -> Floats | float:
+        """Variance, electrons², that rounding to whole DN adds to pixels of that mean: ``slope² / 12``."""
+        if not self.response:
+            return 1.0 / (12.0 * self.gain_dn_per_e**2)
+        dn = np.arange(self.saturation_dn + 1.0)
+        return np.interp(electrons, self.electrons_of(dn), self.slope_e_per_dn(dn) ** 2 / 12.0)
+
     def noise_dn(self, signal_dn: Floats) -> Floats:
         """Temporal standard deviation, DN, of pixels whose mean is ``signal_dn`` (EMVA 1288 eq. 11).
 

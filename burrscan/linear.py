@@ -73,7 +73,7 @@ def linear_camera(camera: CameraSheet) -> CameraSheet:
         return camera
     dn = np.arange(np.ceil(camera.black_level_dn) + 1.0, camera.saturation_dn)
     electrons = np.maximum(camera.electrons_of(dn), 0.0)
-    rounding = camera.slope_e_per_dn(dn) ** 2 / 12.0
+    rounding = np.asarray(camera.rounding_e2(electrons))
     floor = camera.read_noise_e**2
     weight = 1.0 / (electrons + floor + rounding)
     (a, b), _ = nnls(np.stack([weight, electrons * weight], axis=-1), rounding * weight)

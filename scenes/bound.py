@@ -141,10 +141,11 @@ def _add(
     camera = scene.camera
     rate = camera.electrons_per_ms * exposure_ms
     dark = 1e-3 * camera.dark_current_e_per_s * exposure_ms
-    floor = camera.read_noise_e**2 + 1.0 / (12.0 * camera.sheet.gain_dn_per_e**2)
+    sheet = camera.sheet
     for one, change, other in zip(direct, slope, indirect, strict=True):
         mean = rate * (one[0] + other[0] + steady) + dark
-        weight = np.where(mean < camera.full_well_e, 1.0 / (mean + floor), 0.0)
+        variance = mean + camera.read_noise_e**2 + sheet.rounding_e2(mean)
+        weight = np.where(mean < camera.full_well_e, 1.0 / variance, 0.0)
         u, a = rate * change[0].astype(float), rate * one[0].astype(float)
         fisher += weight * np.stack([u * u, u * a, u * rate, a * a, a * rate, np.full_like(a, rate * rate)])
 

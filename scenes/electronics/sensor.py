@@ -1,4 +1,4 @@
-"""From light to digital numbers: the linear camera of EMVA 1288."""
+"""From light to digital numbers: the camera of EMVA 1288, linear or with a response curve."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numba as nb
 import numpy as np
 
-from burrscan.arrays import Floats32, Image
+from burrscan.arrays import Floats, Floats32, Image
 from scenes.electronics.spec import CameraSpec
 from scenes.streams import normal_pair, stream_key, uniform
 
@@ -38,6 +38,14 @@ def _electrons(mean: float, normal: float, key: np.uint64, counter: np.uint64, s
     return float(_poisson_by_inversion(mean, u))
 
 
+@nb.njit(cache=True)
+def _bent(share: float, curve: Floats) -> float:
+    """Output of a share of the full well by a curve's evenly spaced knots, straight on below the dark."""
+    place = min(share, 1.0) * (len(curve) - 1)
+    low = min(max(int(place), 0), len(curve) - 2)
+    return float(curve[low] + (place - low) * (curve[low + 1] - curve[low]))
+
+
 @nb.njit(cache=True, parallel=True)
 def _expose(
     light: Floats32,
@@ -51,6 +59,7 @@ def _expose(
     shot_key: np.uint64,
     read_key: np.uint64,
     first: int,
+    curve: Floats,
 ) -> Image:
     frames, pixels = light.shape
     pairs = (pixels + 1) // 2  # normal values come in pairs: two neighbours share one
@@ -68,7 +77,10 @@ def _expose(
                 electrons = min(
                     _electrons(dark + rate * light[f, p], shot[side], shot_key, counter, side), full_well
                 )
-                value = black + gain * (electrons + read_noise * read[side])
+                analogue = electrons + read_noise * read[side]
+                if len(curve):
+                    analogue = full_well * _bent(analogue / full_well, curve)
+                value = black + gain * analogue
                 images[f, p] = np.uint16(min(max(math.floor(value + 0.5), 0.0), top))
     return images
 
@@ -109,5 +121,6 @@ def expose(
         stream_key(identity, "shot noise"),
         stream_key(identity, "read noise"),
         first_frame,
+        np.empty(0) if camera.response.linear else camera.response.knots,
     )
     return images.reshape(frames, *shape)

@@ -1,7 +1,8 @@
 """Camera and projector electronics as written in a scene file.
 
 The camera follows the linear model of EMVA 1288 (release 4.0 linear, section 2): photons make electrons with
-Poisson noise, electrons above the full well are lost, read noise is added, and the sum is quantised.
+Poisson noise, electrons above the full well are lost, read noise is added, and the sum is quantised. Where a
+scene wants a response curve, it acts on the sum before it is quantised (release 4.0 general, section 2).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pydantic import Field
 
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import STRICT
+from scenes.electronics.response import ResponseSpec
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -41,6 +43,8 @@ class CameraSpec:
         Electrons that the dark adds (EMVA 1288, section 4); they are shot noise's too.
     vignetting
         Light lost in the corners of the sensor.
+    response
+        The curve of a camera that is not linear.
 
     """
 
@@ -55,6 +59,7 @@ class CameraSpec:
     white_exposure_ms: Positive = 20.0
     dark_current_e_per_s: NotNegative = 0.0
     vignetting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    response: ResponseSpec = ResponseSpec()
 
     @property
     def sheet(self) -> CameraSheet:
@@ -65,7 +70,12 @@ class CameraSpec:
             read_noise_e=self.read_noise_e,
             black_level_dn=self.black_level_dn,
             exposure_range_ms=(self.shortest_ms, self.longest_ms),
+            response=() if self.response.linear else (self._light_of_dn,),
         )
+
+    @property
+    def _light_of_dn(self) -> tuple[float, ...]:
+        return self.response.light_of_dn(bit_depth=self.bit_depth, black_level_dn=self.black_level_dn)
 
     @property
     def electrons_per_ms(self) -> float:

@@ -138,5 +138,8 @@ class Instrument:
         if self.noise:
             mean = self._rng.poisson(mean) + self._rng.normal(0.0, self.camera.read_noise_e, mean.shape)
         dn = self.camera.black_level_dn + self.camera.gain_dn_per_e * mean
+        if self.camera.response:
+            light = np.asarray(self.camera.response[0])
+            dn = np.interp(mean / self.camera.full_well_e, light, np.arange(len(light)))
         image: Image = np.clip(np.rint(dn), 0, self.camera.saturation_dn).astype(np.uint16)
         return image
