@@ -18,6 +18,7 @@ from scenes.electronics.response import ResponseSpec
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
+Crosstalk = Annotated[tuple[tuple[float, float, float], ...], Field(max_length=3)]
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,10 @@ class CameraSpec:
         Light lost in the corners of the sensor.
     response
         The curve of a camera that is not linear.
+    crosstalk
+        (3, 3): what each colour channel makes of each band of the light, ones on the diagonal; of a scene in
+        colour only. None by default. A sensor with a Bayer mosaic has some 0.05 to 0.15 off the diagonal
+        (Caspi, Kiryati, Shamir 1998, section 3, measure such matrices for a camera and a projector).
 
     """
 
@@ -60,6 +65,7 @@ class CameraSpec:
     dark_current_e_per_s: NotNegative = 0.0
     vignetting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     response: ResponseSpec = ResponseSpec()
+    crosstalk: Crosstalk = ()
 
     @property
     def sheet(self) -> CameraSheet:
@@ -71,6 +77,7 @@ class CameraSpec:
             black_level_dn=self.black_level_dn,
             exposure_range_ms=(self.shortest_ms, self.longest_ms),
             response=() if self.response.linear else (self._light_of_dn,),
+            crosstalk=self.crosstalk,
         )
 
     @property
@@ -99,6 +106,9 @@ class ProjectorSpec:
         Relative RMS change of brightness from picture to picture.
     vignetting
         Light lost in the corners of the raster.
+    crosstalk
+        (3, 3): the light of each band in each primary, ones on the diagonal; of a scene in colour only. None
+        by default; filters of a projector's colour wheel overlap by a few percent.
 
     """
 
@@ -110,8 +120,11 @@ class ProjectorSpec:
     blur_px: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
     flicker: NotNegative = 0.0
     vignetting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    crosstalk: Crosstalk = ()
 
     @property
     def sheet(self) -> ProjectorSheet:
         """What the maker states."""
-        return ProjectorSheet.gamma(gamma=self.gamma, contrast=self.contrast)
+        return ProjectorSheet(
+            ProjectorSheet.gamma(gamma=self.gamma, contrast=self.contrast).light, self.crosstalk
+        )
