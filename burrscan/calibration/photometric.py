@@ -36,8 +36,10 @@ import numpy as np
 
 from burrscan.arrays import Floats, freeze
 from burrscan.calibration.camera_response import ResponseCurve, camera_responses
+from burrscan.calibration.photon_transfer import photon_transfer
 from burrscan.calibration.projector_response import ProjectorResponse, projector_response
 from burrscan.calibration.ramps import ExposureRamp, LevelRamp, tiles_of
+from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 
 _DRAWS = 2000
@@ -60,6 +62,8 @@ class Photometry:
     full
         (primaries,) light of each primary at 255 in its own band, per ms, relative to the camera's
         saturation.
+    full_well_e, read_noise_e
+        Of the camera, by the noise of the ramps.
 
     """
 
@@ -70,10 +74,30 @@ class Photometry:
     projector_mix: Floats
     projector_mix_sigma: Floats
     full: Floats
+    full_well_e: float
+    read_noise_e: float
 
     def __post_init__(self) -> None:
         freeze(self, camera_mix=self.camera_mix, camera_mix_sigma=self.camera_mix_sigma, full=self.full)
         freeze(self, projector_mix=self.projector_mix, projector_mix_sigma=self.projector_mix_sigma)
+
+    def camera_sheet(self, *, exposure_range_ms: tuple[float, float]) -> CameraSheet:
+        """The camera's data sheet as measured."""
+        response = [np.maximum.accumulate(curve.light) for curve in self.camera]
+        return CameraSheet(
+            bit_depth=len(response[0]).bit_length() - 1,
+            full_well_e=self.full_well_e,
+            read_noise_e=self.read_noise_e,
+            black_level_dn=max(float(np.mean([curve.black_dn for curve in self.camera])), 0.0),
+            exposure_range_ms=exposure_range_ms,
+            response=tuple(tuple(row.tolist()) for row in response),
+            crosstalk=_table(self.camera_mix),
+        )
+
+    def projector_sheet(self) -> ProjectorSheet:
+        """The projector's data sheet as measured."""
+        light = np.stack([sheet.light for sheet in self.projector.sheets])
+        return ProjectorSheet(light[0] if len(light) == 1 else light, _table(self.projector_mix))
 
 
 def calibrate_photometry(lamps: Sequence[ExposureRamp], levels: LevelRamp, *, bit_depth: int) -> Photometry:
@@ -101,6 +125,7 @@ def calibrate_photometry(lamps: Sequence[ExposureRamp], levels: LevelRamp, *, bi
             "crosstalk needs as many of each (one for a grey camera, three for a colour camera)"
         )
     curves = camera_responses(lamps, bit_depth=bit_depth)
+    full_well_e, read_noise_e = photon_transfer(lamps, curves)
     projector = projector_response(levels, curves)
     mix, mix_sigma = camera_mix(lamps, curves)
     bands = np.linalg.solve(mix, projector.seen)
@@ -114,7 +139,14 @@ def calibrate_photometry(lamps: Sequence[ExposureRamp], levels: LevelRamp, *, bi
         projector_mix=bands_mix,
         projector_mix_sigma=_with_units(bands_mix, bands_sigma, curves),
         full=np.diag(bands).copy(),
+        full_well_e=full_well_e,
+        read_noise_e=read_noise_e,
     )
+
+
+def _table(mix: Floats) -> tuple[tuple[float, ...], ...]:
+    """Rows of a crosstalk matrix; none where there is one channel, which mixes with nothing."""
+    return () if len(mix) == 1 else tuple(tuple(row) for row in mix.tolist())
 
 
 def camera_mix(lamps: Sequence[ExposureRamp], curves: Sequence[ResponseCurve]) -> tuple[Floats, Floats]:

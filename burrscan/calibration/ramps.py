@@ -68,10 +68,14 @@ class LevelRamp:
 
 
 class Tiles(NamedTuple):
-    """Means of a ramp over tiles: ``dn`` and ``sigma_dn`` (F, tiles, channels), and which are unclipped."""
+    """Means of a ramp over tiles, their sigma, the pixels' variance, and which are unclipped.
+
+    All (F, tiles, channels).
+    """
 
     dn: Floats
     sigma_dn: Floats
+    variance_dn2: Floats
     usable: Bools
 
 
@@ -97,6 +101,7 @@ def tiles_of(images: Image, *, saturation_dn: int) -> Tiles:
     return Tiles(
         dn=dn,
         sigma_dn=np.sqrt(np.maximum(variance, 1.0 / 12.0) / side**2 + rounding),
+        variance_dn2=variance,
         usable=(dn + clear < saturation_dn) & (dn - clear > 0.0),
     )
 

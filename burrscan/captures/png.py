@@ -1,4 +1,4 @@
-"""PNG files whose numbers matter: 8 and 16 bits, one channel."""
+"""PNG files whose numbers matter: 8 and 16 bits, one channel or three."""
 
 from __future__ import annotations
 
@@ -13,6 +13,10 @@ from burrscan.errors import InputError
 
 def write_grey(path: Path, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     """Write a grey image (h, w), 8 or 16 bits as its type says."""
+    _write(path, image)
+
+
+def _write(path: Path, image: NDArray[np.generic]) -> None:
     done, data = cv2.imencode(".png", np.ascontiguousarray(image))
     if not done:
         raise InputError(f"{path}: the image could not be encoded as PNG")
@@ -28,17 +32,42 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
         When the file is missing, no image, or in colour with channels that differ.
 
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such image; the capture is incomplete")
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise InputError(f"{path}: not an image that can be read")
+    image = _read(path)
     if image.ndim == 3:
         if np.any(image[..., :3] != image[..., :1]):
             raise InputError(f"{path}: a colour image; captures are grey: convert it first")
         image = image[..., 0]
     grey: NDArray[np.uint16] = image.astype(np.uint16)
     return grey
+
+
+def write_colour(path: Path, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    """Write an image in colour (h, w, 3), red first, 8 or 16 bits as its type says."""
+    _write(path, image[..., ::-1])
+
+
+def read_colour(path: Path) -> NDArray[np.uint16]:
+    """Read an image in colour (h, w, 3) as it is, red first, 8 or 16 bits.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, no image, or grey.
+
+    """
+    image = _read(path)
+    if image.ndim != 3:
+        raise InputError(f"{path}: a grey image, but the others' camera has three channels")
+    return np.ascontiguousarray(image[..., 2::-1], dtype=np.uint16)
+
+
+def _read(path: Path) -> NDArray[np.generic]:
+    if not path.is_file():
+        raise InputError(f"{path}: no such image; the capture is incomplete")
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise InputError(f"{path}: not an image that can be read")
+    return np.asarray(image)
 
 
 def check_depth(image: NDArray[np.uint16], bit_depth: int, path: Path) -> None:

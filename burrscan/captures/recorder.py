@@ -11,6 +11,7 @@ from burrscan.arrays import Image
 from burrscan.captures.document import ScanDocument, Shot
 from burrscan.captures.folder import write_rig
 from burrscan.captures.png import write_grey
+from burrscan.captures.sheets import sheet_tables
 from burrscan.files import written_whole
 from burrscan.scanner import PassThrough, Patterns, Scanner
 
@@ -54,8 +55,7 @@ class RecordingScanner(PassThrough):
         document = {
             "format": "burrscan-capture",
             "version": 1,
-            "camera": asdict(self.camera),
-            "projector": asdict(self.projector) | {"light": self.projector.light.tolist()},
+            **sheet_tables(self.camera, self.projector),
             "shots": [asdict(shot) for shot in self._shots],
         }
         if self._scan is not None:
