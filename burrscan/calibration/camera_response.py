@@ -28,7 +28,9 @@ _BEND = 0.2
 
 It is loose, and decides only where no picture does.
 """
-_STEPS = 6
+_STEPS = 8
+_MOST = 6.0
+"""Standard deviations that an observed DN may be off its fitted one."""
 _FEWEST_EXPOSURES = 6
 _LEAST_SLOPE = 0.01
 """Of the mean one: below it a slope no longer adds weight."""
@@ -187,22 +189,31 @@ def _fit(seen: _Seen, basis: BSpline) -> tuple[Floats, Floats, Floats]:
 
     The unit of light is free too, and the smaller the curve the smaller its residuals: so its mean over the
     data, each weighted by its part in the fit, is kept at 1 (``middle``); a unit set at one end would shrink
-    the rest towards nothing. Returns c, ``middle`` and the covariance of c.
+    the rest towards nothing. The noise is in the DN: slopes and light are taken at the DN that the last step
+    fits (``dn``), and what is observed beyond it (``above``) is carried over by the slope. To take them at
+    the observed ones would flatten the curve wherever the DN scatter more than they rise, as in the dark.
+    Returns c, ``middle`` and the covariance of c.
     """
-    integral, slopes = _integral(seen.dn, basis), basis(seen.dn)
-    c = np.full(integral.shape[1], 2.0 / np.ptp(seen.dn))
+    c = np.full(basis.c.shape[1], 2.0 / np.ptp(seen.dn))
+    dn, above = seen.dn, np.zeros(len(seen.dn))
     light = (seen.dn - seen.dn.min()) / np.ptp(seen.dn)
     least = _LEAST_SLOPE / np.ptp(seen.dn)
     for _ in range(_STEPS):
-        weight = 1.0 / (np.maximum(slopes @ c, least) * seen.sigma_dn)
+        integral, slope = _integral(dn, basis), np.maximum(basis(np.maximum(dn, basis.t[0])) @ c, least)
+        weight = 1.0 / (slope * seen.sigma_dn)
         part = weight**2 * np.maximum(light, 0.0)
         middle = part @ integral / part.sum()
-        matrix = _without_light((integral - middle) * weight[:, None], seen.exposure_ms * weight, seen.place)
-        wanted = -_without_light(weight[:, None], seen.exposure_ms * weight, seen.place)[:, 0]
+        exposure = seen.exposure_ms * weight
+        matrix = _without_light((integral - middle) * weight[:, None], exposure, seen.place)
+        wanted = -_without_light(((1.0 + above * slope) * weight)[:, None], exposure, seen.place)[:, 0]
         matrix = np.vstack([matrix, _smooth(c)])
         wanted = np.append(wanted, np.zeros(len(c) - 2))
         c = lsq_linear(matrix, wanted, bounds=(0.0, np.inf), method="bvls").x
         light = 1.0 + (integral - middle) @ c
+        above = np.clip(
+            (matrix @ c - wanted)[: len(dn)] * seen.sigma_dn, -_MOST * seen.sigma_dn, _MOST * seen.sigma_dn
+        )
+        dn = seen.dn - above
     off = (wanted - matrix @ c)[: len(seen.dn)]
     covariance = np.asarray(np.linalg.pinv(matrix.T @ matrix)) * _scatter(off, seen, len(c))
     return c, np.asarray(middle), covariance

@@ -106,7 +106,7 @@ def tiles_of(images: Image, *, saturation_dn: int) -> Tiles:
     )
 
 
-def ramp_exposures_ms(longest_ms: float, *, octaves: float = 7.0) -> Floats:
+def ramp_exposures_ms(longest_ms: float, *, octaves: float = 9.0) -> Floats:
     """36 exposures for a ramp up to ``longest_ms``, which should just clip.
 
     A third goes down by octaves, a third is even, a third lies close below the clipping, to which the curve
