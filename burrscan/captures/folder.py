@@ -29,6 +29,10 @@ class FolderScanner:
     ----------
     folder
         The capture folder.
+    rig
+        In place of its ``rig.json``.
+    sheets
+        Data sheets of camera and projector, in place of those in ``capture.json``.
 
     Raises
     ------
@@ -37,27 +41,36 @@ class FolderScanner:
 
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        rig: Rig | None = None,
+        sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
+    ) -> None:
         self._folder = folder
-        path = folder / "capture.json"
-        self._document = build(CaptureDocument, read_json(path), source=str(path))
-        self._rig = read_rig(folder / "rig.json")
+        self._document = read_capture(folder)
+        self._rig = rig or read_rig(folder / "rig.json")
+        self._camera, self._projector = sheets or (
+            self._document.camera.sheet(),
+            self._document.projector.sheet(),
+        )
         self._asked: Counter[tuple[str, float]] = Counter()
 
     @property
     def rig(self) -> Rig:
-        """The calibration as recorded."""
+        """The calibration."""
         return self._rig
 
     @property
     def camera(self) -> CameraSheet:
-        """The camera's data sheet as recorded."""
-        return self._document.camera.sheet()
+        """The camera's data sheet."""
+        return self._camera
 
     @property
     def projector(self) -> ProjectorSheet:
-        """The projector's data sheet as recorded."""
-        return self._document.projector.sheet()
+        """The projector's data sheet."""
+        return self._projector
 
     @property
     def scan(self) -> ScanDocument | None:
@@ -136,6 +149,30 @@ class FolderScanner:
                 f"{view.width}×{view.height}"
             )
         return image
+
+
+def read_capture(folder: Path) -> CaptureDocument:
+    """What ``capture.json`` says; :class:`InputError` with every error in it."""
+    path = folder / "capture.json"
+    return build(CaptureDocument, read_json(path), source=str(path))
+
+
+def rasters_of(folder: Path) -> Rig:
+    """A rig of the right rasters and of nothing else, for captures of what the rig is to be known from.
+
+    Raises
+    ------
+    InputError
+        When ``capture.json`` cannot be used, or its first pictures are missing.
+
+    """
+    shot = read_capture(folder).shots[0]
+    return Rig(_raster(folder / shot.image), _raster(folder / shot.pattern), np.eye(4))
+
+
+def _raster(path: Path) -> View:
+    height, width = read_grey(path).shape
+    return View(width, height, float(width), float(width), 0.5 * (width - 1), 0.5 * (height - 1))
 
 
 def read_rig(path: Path) -> Rig:

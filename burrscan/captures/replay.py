@@ -9,7 +9,9 @@ from typing import Any
 
 from burrscan.captures.folder import FolderScanner
 from burrscan.correspondence import Scan
+from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
+from burrscan.rig import Rig
 from burrscan.scan import METHODS
 from burrscan.variants import check_parameters, resolve
 
@@ -18,7 +20,13 @@ _STRAY_SHARE = 1e-4
 """Hot pixels: a picture in which fewer than this share of the pixels are above the dark is a dark one."""
 
 
-def replay(folder: Path, *, method: str | None = None) -> tuple[Scan, FolderScanner]:
+def replay(
+    folder: Path,
+    *,
+    method: str | None = None,
+    rig: Rig | None = None,
+    sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
+) -> tuple[Scan, FolderScanner]:
     """Scan a capture folder.
 
     Parameters
@@ -28,6 +36,8 @@ def replay(folder: Path, *, method: str | None = None) -> tuple[Scan, FolderScan
     method
         A scanning strategy; by default the one that ``capture.json`` names. Where it names none, the first
         strategy whose shots are all there.
+    rig, sheets
+        In place of the folder's own.
 
     Raises
     ------
@@ -35,9 +45,10 @@ def replay(folder: Path, *, method: str | None = None) -> tuple[Scan, FolderScan
         When the folder cannot be used, its shots do not fit the strategy, or nothing decodes.
 
     """
-    scanner = FolderScanner(folder)
+    fresh = partial(FolderScanner, folder, rig=rig, sheets=sheets)
+    scanner = fresh()
     try:
-        scan, scanner = _first(folder, _strategies(scanner, method))
+        scan, scanner = _first(fresh, _strategies(scanner, method))
     except InputError:
         refuse_dark(scanner, folder)
         raise
@@ -64,11 +75,13 @@ def _bound(method: str, parameters: dict[str, Any]) -> Callable[..., Scan]:
     return partial(function, **parameters)
 
 
-def _first(folder: Path, strategies: list[Callable[..., Scan]]) -> tuple[Scan, FolderScanner]:
+def _first(
+    fresh: Callable[[], FolderScanner], strategies: list[Callable[..., Scan]]
+) -> tuple[Scan, FolderScanner]:
     """The first strategy that gets through; else the error of the one that got furthest."""
     furthest: tuple[int, InputError] | None = None
     for strategy in strategies:
-        scanner = FolderScanner(folder)
+        scanner = fresh()
         try:
             return strategy(scanner), scanner
         except InputError as error:

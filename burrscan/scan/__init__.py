@@ -4,6 +4,7 @@ METHODS = {
     "fixed": "burrscan.scan.fixed:scan_fixed",
     "adaptive": "burrscan.scan.adaptive:scan_adaptive",
     "multi_exposure": "burrscan.scan.multi_exposure:scan_multi_exposure",
+    "both": "burrscan.scan.both:scan_both",
     "seed": "burrscan.scan.seed:scan_seed",
 }
 """Short name to a function ``(scanner, *, ...) -> Scan``."""
