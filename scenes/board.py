@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,17 @@ from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats, Floats32, Image
 from burrscan.calibration.board import Board
+from burrscan.captures import RecordingScanner
+from burrscan.captures.document import ScanDocument
 from burrscan.captures.gray_folder import plain_gray_patterns
 from burrscan.captures.png import write_grey
+from burrscan.scan.both import scan_both
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.renderer import activate
+from scenes.scanner import SimulatedScanner
+from scenes.scene import SceneSpec
+from scenes.simulate import optics_of
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.trace import trace
@@ -137,6 +144,51 @@ def board_images(
     shown = projector.sheet.light.astype(np.float32)[levels]
     received = light.relight(shown) + np.float32(ambient)
     return expose(received, camera=camera, exposure_ms=exposure_ms, identity=identity, first_frame=0)
+
+
+def write_coded_boards(
+    scene: SceneSpec,
+    folder: Path,
+    *,
+    board: Board,
+    count: int,
+    code: str = "gray_phase",
+    seed: int = 0,
+    parameters: Mapping[str, Any] | None = None,
+) -> list[Path]:
+    """Record boards in front of a scene's rig, a capture folder ``00``, ``01``, … each.
+
+    Parameters
+    ----------
+    scene
+        Its rig, electronics and light; its wheel is not there.
+    folder
+        Where the captures go.
+    board, count
+        What is shown, and in how many poses.
+    code, parameters
+        A code family for the strategy ``both``, and its parameters.
+    seed
+        Of poses and noise.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When the code is unknown, or no vectorised renderer runs here.
+
+    """
+    optics, written = optics_of(scene), []
+    reach_mm = 0.04 * scene.rig.standoff_mm
+    poses = board_poses(board, count=count, seed=seed, standoff_mm=scene.rig.standoff_mm, reach_mm=reach_mm)
+    for i, pose in enumerate(poses):
+        light = board_light(BoardSpec(board), pose, optics, samples=scene.render.samples, seed=i)
+        scanner = SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(seed, i))
+        given = {"code": code, "parameters": dict(parameters or {})}
+        recorder = RecordingScanner(scanner, folder / f"{i:02d}", scan=ScanDocument("both", given))
+        scan_both(recorder, code=code, parameters=dict(parameters or {}))
+        recorder.close()
+        written.append(folder / f"{i:02d}")
+    return written
 
 
 def write_board_capture(

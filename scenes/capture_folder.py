@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
+from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.scan import METHODS
 from burrscan.variants import resolve
@@ -22,7 +26,13 @@ from scenes.truth import Truth
 
 
 def write_capture(
-    scene: SceneSpec, folder: Path, *, seed: int = 0, scan: str = "adaptive", cache_dir: Path | None = None
+    scene: SceneSpec,
+    folder: Path,
+    *,
+    seed: int = 0,
+    scan: str = "adaptive",
+    cache_dir: Path | None = None,
+    sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
 ) -> Path:
     """Scan a scene and write everything that was shown and seen.
 
@@ -38,6 +48,8 @@ def write_capture(
         The scanning strategy that chooses the patterns.
     cache_dir
         Where traced transports are kept.
+    sheets
+        What the scanner is told of its devices; the true sheets by default.
 
     Returns
     -------
@@ -49,24 +61,43 @@ def write_capture(
         When the folder holds something, or the scene cannot be rendered.
 
     """
+    with written_folder(folder) as beside:
+        strategy = resolve(scan, METHODS, stage="scan")
+        simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
+        _write(simulation, strategy, beside, ScanDocument(scan), sheets)
+    return folder
+
+
+@contextmanager
+def written_folder(folder: Path) -> Iterator[Path]:
+    """A folder beside ``folder`` that takes its place when all went well, and is removed when not.
+
+    Raises
+    ------
+    InputError
+        When ``folder`` holds something.
+
+    """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: exists and is not an empty folder; choose another, or remove it first")
-    strategy = resolve(scan, METHODS, stage="scan")
-    simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
     beside = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
     try:
-        _write(simulation, strategy, beside, ScanDocument(scan))
+        yield beside
         if folder.is_dir():
             folder.rmdir()
         beside.replace(folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
-    return folder
 
 
-def _write(simulation: Simulation, strategy: object, folder: Path, scan: ScanDocument) -> None:
-    recorder = RecordingScanner(simulation.scanner(), folder, scan=scan)
-    assert callable(strategy)
+def _write(
+    simulation: Simulation,
+    strategy: Callable[..., Any],
+    folder: Path,
+    scan: ScanDocument,
+    sheets: tuple[CameraSheet, ProjectorSheet] | None,
+) -> None:
+    recorder = RecordingScanner(simulation.scanner(sheets=sheets), folder, scan=scan)
     strategy(recorder)
     recorder.close()
     document = asdict(simulation.scene) | {"hash": scene_hash(simulation.scene)}

@@ -28,10 +28,21 @@ class SimulatedScanner:
         The calibration that algorithms are told.
     identity
         Fixes the noise. Pictures are counted: the n-th picture of two equal scanners has the same noise.
+    sheets
+        The data sheets that algorithms are told; the true ones by default.
 
     """
 
-    def __init__(self, light: Light, *, scene: SceneSpec, rig: Rig, identity: tuple[int, ...]) -> None:
+    def __init__(
+        self,
+        light: Light,
+        *,
+        scene: SceneSpec,
+        rig: Rig,
+        identity: tuple[int, ...],
+        sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
+    ) -> None:
+        self._camera, self._projector = sheets or (scene.camera.sheet, scene.projector.sheet)
         self._light = light
         self._scene = scene
         self._rig = rig
@@ -45,13 +56,13 @@ class SimulatedScanner:
 
     @property
     def camera(self) -> CameraSheet:
-        """The camera's data sheet."""
-        return self._scene.camera.sheet
+        """The camera's data sheet as the algorithm is told it."""
+        return self._camera
 
     @property
     def projector(self) -> ProjectorSheet:
-        """The projector's data sheet."""
-        return self._scene.projector.sheet
+        """The projector's data sheet as the algorithm is told it."""
+        return self._projector
 
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
         """Show each pattern, expose for ``exposure_ms`` and return the images, (F, h, w) DN.
@@ -99,7 +110,7 @@ class SimulatedScanner:
 
     def _projected(self, patterns: Patterns, first: int) -> Floats32:
         """Light that leaves the projector; frames that do not vary along the rows stay broadcast."""
-        table = self.projector.light.astype(np.float32)
+        table = self._scene.projector.sheet.light.astype(np.float32)
         frames = patterns.frames
         light = (
             np.broadcast_to(table[frames[:, :1]], frames.shape) if frames.strides[1] == 0 else table[frames]

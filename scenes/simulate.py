@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from burrscan.arrays import Floats
+from burrscan.devices import CameraSheet, ProjectorSheet
 from scenes.finish import finish_bsdf
 from scenes.light import Light, stock_light
 from scenes.renderer import activate
@@ -38,10 +39,10 @@ class Simulation:
     identity: tuple[int, ...]
     timings_s: Mapping[str, float]
 
-    def scanner(self) -> SimulatedScanner:
-        """A scanner that has taken no picture yet."""
+    def scanner(self, *, sheets: tuple[CameraSheet, ProjectorSheet] | None = None) -> SimulatedScanner:
+        """A scanner that has taken no picture yet, told the true data sheets or others."""
         told = self.scene.calibration.told(self.scene.rig.rig())
-        return SimulatedScanner(self.light, scene=self.scene, rig=told, identity=self.identity)
+        return SimulatedScanner(self.light, scene=self.scene, rig=told, identity=self.identity, sheets=sheets)
 
 
 def simulate(

@@ -10,13 +10,21 @@ from typing import Any
 from bench.cli.grammar import Commands, command, raster
 
 _DETAILS = """\
-Each FOLDER shows a flat chessboard in another pose: a plain Gray-code folder (columns, rows, white,
-black; burrscan/captures/README.md). Tilt the board by 20 to 45 degrees, in all directions, over the
-whole field; ten poses are enough. The side of a square sets the scale: measure it over many squares.
-Uncertainties come from the residuals; the board's own errors are not in them."""
+Geometry: each FOLDER shows a flat chessboard in another pose. It is a capture folder that codes columns
+and rows (strategy 'both', with any code), or a plain Gray-code folder (columns, rows, white, black). Tilt
+the board by 20 to 45 degrees, in all directions, over the whole field; ten poses are enough. The side of
+a square sets the scale: measure it over many squares. Uncertainties come from the residuals; the board's
+own errors are not in them.
+
+Photometry: one FOLDER with ramps of an evenly lit white board (ramps.json). Both response curves, both
+crosstalk matrices, full well and read noise go to a sheets.json for `burrscan scan --sheets`.
+
+All formats: burrscan/captures/README.md."""
 
 _EXAMPLES = """\
-  burrscan calibrate boards/* --board 10x7 --square 20 --gray 1024x768 --out rig.json"""
+  burrscan calibrate boards/* --board 10x7 --square 20 --out rig.json
+  burrscan calibrate boards/* --board 10x7 --square 20 --gray 1024x768 --out rig.json
+  burrscan calibrate ramps --out sheets.json"""
 
 
 def add(commands: Commands) -> None:
@@ -25,15 +33,19 @@ def add(commands: Commands) -> None:
         commands,
         "calibrate",
         main,
-        summary="calibrate camera and projector from captures of a chessboard",
+        summary="calibrate camera and projector: geometry from boards, photometry from ramps",
         details=_DETAILS,
         examples=_EXAMPLES,
     )
-    parser.add_argument("folders", metavar="FOLDER", type=Path, nargs="+", help="a capture of the board")
-    parser.add_argument("--board", metavar="CxR", type=raster, required=True, help="inner corners, as 10x7")
-    parser.add_argument("--square", metavar="MM", type=float, required=True, help="side of a square")
-    parser.add_argument("--gray", metavar="WxH", type=raster, required=True, help="the projector's raster")
-    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="the rig.json to write")
+    parser.add_argument(
+        "folders", metavar="FOLDER", type=Path, nargs="+", help="captures of a board, or ramps"
+    )
+    parser.add_argument("--board", metavar="CxR", type=raster, help="inner corners, as 10x7")
+    parser.add_argument("--square", metavar="MM", type=float, help="side of a square")
+    parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
+    parser.add_argument(
+        "--out", metavar="FILE", type=Path, required=True, help="the rig.json or sheets.json to write"
+    )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write values and uncertainties as JSON")
     parser.add_argument(
         "--distortion", metavar="N", type=int, default=4, help="coefficients sought: 0, 2, 4 (default) or 5"
@@ -41,43 +53,57 @@ def add(commands: Commands) -> None:
 
 
 def main(given: argparse.Namespace) -> int:
-    """Calibrate, print, and write the rig."""
+    """Calibrate, print, and write what was found."""
+    from burrscan.captures.ramps import is_ramp_folder
+
+    ramps = [folder for folder in given.folders if is_ramp_folder(folder)]
+    return _photometry(given) if ramps else _geometry(given)
+
+
+def _geometry(given: argparse.Namespace) -> int:
     from burrscan.calibration.board import Board
     from burrscan.calibration.geometric import calibrate
     from burrscan.captures.folder import write_rig
     from burrscan.errors import InputError
 
+    if given.board is None or given.square is None:
+        raise InputError(
+            "captures of a board need its inner corners and its squares: --board 10x7 --square 20"
+        )
     if not given.square > 0.0:
         raise InputError(f"--square {given.square:g}: the side of a square is above zero")
     board = Board(given.board[0], given.board[1], given.square)
-    views, shape = _views(given.folders, board, given.gray)
-    found = calibrate(
-        views, board, camera=(shape[1], shape[0]), projector=given.gray, distortion=given.distortion
-    )
+    views, camera, projector = _views(given.folders, board, given.gray)
+    found = calibrate(views, board, camera=camera, projector=projector, distortion=given.distortion)
     _print(found)
     write_rig(given.out, found.rig)
     if given.json:
-        _write_json(given.json, found)
+        _write_json(given.json, _geometry_tables(found))
     return 0
 
 
-def _views(folders: list[Path], board: Any, projector: tuple[int, int]) -> tuple[list[Any], tuple[int, ...]]:
+def _views(
+    folders: list[Path], board: Any, gray: tuple[int, int] | None
+) -> tuple[list[Any], tuple[int, int], tuple[int, int]]:
+    """Views of the board, and the sizes of camera and projector."""
     from burrscan.calibration.board import board_view
-    from burrscan.captures.gray_folder import decode_gray_capture, read_gray_folder
+    from burrscan.captures.board_folder import read_board_folder
     from burrscan.errors import InputError
 
     views: list[Any] = []
-    shape: tuple[int, ...] = ()
+    first: Any = None
     for folder in folders:
-        capture = read_gray_folder(folder, width=projector[0], height=projector[1])
-        if shape and capture.white.shape != shape:
-            raise InputError(f"{folder}: its pictures have another size than those of {folders[0]}")
-        shape = capture.white.shape
+        seen = read_board_folder(folder, gray=gray)
+        first = first or seen
+        if (seen.camera, seen.projector) != (first.camera, first.projector):
+            raise InputError(
+                f"{folder}: its pictures or patterns have another size than those of {folders[0]}"
+            )
         try:
-            views.append(board_view(str(folder), capture.white, decode_gray_capture(capture), board))
+            views.append(board_view(str(folder), seen.white, seen.correspondence, board))
         except InputError as error:  # one bad view among many is no reason to stop
             print(f"note: left out: {error}", file=sys.stderr)
-    return views, shape
+    return views, first.camera, first.projector
 
 
 def _print(found: Any) -> None:
@@ -90,12 +116,8 @@ def _print(found: Any) -> None:
         print(f"{name:<18}{value:>14.5f} ± {sigma:.5f}")
 
 
-def _write_json(path: Path, found: Any) -> None:
-    import json
-
-    from burrscan.files import written_whole
-
-    document = {
+def _geometry_tables(found: Any) -> dict[str, Any]:
+    return {
         "values": dict(zip(found.names, found.values.tolist(), strict=True)),
         "sigma": dict(zip(found.names, found.sigma.tolist(), strict=True)),
         "covariance": found.covariance.tolist(),
@@ -105,5 +127,73 @@ def _write_json(path: Path, found: Any) -> None:
         "sigma_px": list(found.sigma_px),
         "refused": found.refused,
     }
+
+
+def _photometry(given: argparse.Namespace) -> int:
+    from burrscan.calibration.photometric import calibrate_photometry
+    from burrscan.captures.ramps import read_ramps
+    from burrscan.captures.sheets import write_sheets
+    from burrscan.errors import InputError
+
+    if len(given.folders) != 1:
+        raise InputError(
+            f"{len(given.folders)} folders: ramps are calibrated one folder at a time, no boards beside"
+        )
+    capture = read_ramps(given.folders[0])
+    found = calibrate_photometry(capture.lamps, capture.levels, bit_depth=capture.bit_depth)
+    camera = found.camera_sheet(exposure_range_ms=capture.exposure_range_ms)
+    _print_photometry(found, camera)
+    write_sheets(given.out, camera, found.projector_sheet())
+    if given.json:
+        _write_json(given.json, _photometry_tables(found))
+    return 0
+
+
+def _print_photometry(found: Any, camera: Any) -> None:
+    print(f"camera            full well {camera.full_well_e:.0f} e, read noise {camera.read_noise_e:.2f} e")
+    for channel, curve in enumerate(found.camera):
+        low, high = curve.measured_dn
+        print(
+            f"camera curve {channel}    black {curve.black_dn:.2f} DN, measured {low:.0f} to {high:.0f} DN, "
+            f"± {100.0 * curve.sigma.max():.3f} % of full scale"
+        )
+    for primary, sheet in enumerate(found.projector.sheets):
+        sigma = found.projector.sigma[primary].max()
+        print(
+            f"projector curve {primary} black 1/{1.0 / max(sheet.light[0], 1e-9):.0f}, "
+            f"± {100.0 * sigma:.3f} % of full scale"
+        )
+    if len(found.camera_mix) > 1:
+        _print_mix("camera crosstalk", found.camera_mix, found.camera_mix_sigma)
+        _print_mix("projector crosstalk", found.projector_mix, found.projector_mix_sigma)
+
+
+def _print_mix(name: str, mix: Any, sigma: Any) -> None:
+    print(name)
+    for row, around in zip(mix, sigma, strict=True):
+        print("".join(f"{value:10.4f} ± {s:.4f}" for value, s in zip(row, around, strict=True)))
+
+
+def _photometry_tables(found: Any) -> dict[str, Any]:
+    return {
+        "full_well_e": found.full_well_e,
+        "read_noise_e": found.read_noise_e,
+        "camera": [{"light": c.light.tolist(), "sigma": c.sigma.tolist()} for c in found.camera],
+        "projector": [
+            {"light": sheet.light.tolist(), "sigma": sigma.tolist()}
+            for sheet, sigma in zip(found.projector.sheets, found.projector.sigma, strict=True)
+        ],
+        "camera_crosstalk": found.camera_mix.tolist(),
+        "camera_crosstalk_sigma": found.camera_mix_sigma.tolist(),
+        "projector_crosstalk": found.projector_mix.tolist(),
+        "projector_crosstalk_sigma": found.projector_mix_sigma.tolist(),
+    }
+
+
+def _write_json(path: Path, document: dict[str, Any]) -> None:
+    import json
+
+    from burrscan.files import written_whole
+
     with written_whole(path) as beside:
         beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")

@@ -34,6 +34,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary as JSON")
     parser.add_argument("--scan", metavar="METHOD", help="strategy (default: as recorded)")
     parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
+    parser.add_argument("--sheets", metavar="FILE", type=Path, help="measured sheets.json of both devices")
     parser.add_argument("--rig", metavar="FILE", type=Path, help="rig.json, or OpenCV's XML or YAML")
 
 
@@ -55,9 +56,11 @@ def main(given: argparse.Namespace) -> int:
 def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     from burrscan.captures.folder import read_rig
     from burrscan.captures.replay import replay
+    from burrscan.captures.sheets import read_sheets
     from burrscan.meshing import surface as surface_of
 
-    scan, scanner = replay(given.folder, method=given.scan)
+    sheets = read_sheets(given.sheets) if given.sheets else None
+    scan, scanner = replay(given.folder, method=given.scan, sheets=sheets)
     rig = read_rig(given.rig) if given.rig else scanner.rig
     surface = surface_of(scan.correspondence, rig)
     summary = {
@@ -73,6 +76,7 @@ def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
 def _gray(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     from burrscan.captures.gray_folder import decode_gray_capture, gray_frames, read_gray_folder
     from burrscan.captures.rows import along_baseline
+    from burrscan.captures.sheets import read_sheets
     from burrscan.errors import InputError
     from burrscan.meshing import surface as surface_of
 
@@ -81,7 +85,8 @@ def _gray(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
             f"{given.folder}: a plain Gray-code folder; say the projector's raster: --gray 1024x768"
         )
     width, height = given.gray
-    capture = read_gray_folder(given.folder, width=width, height=height)
+    camera = read_sheets(given.sheets)[0] if given.sheets else None
+    capture = read_gray_folder(given.folder, width=width, height=height, camera=camera)
     correspondence = decode_gray_capture(capture)
     summary: dict[str, Any] = {
         "folder": str(given.folder),

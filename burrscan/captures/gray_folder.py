@@ -14,11 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from burrscan.arrays import Floats, Image, Ints, freeze
-from burrscan.captures.png import read_grey
+from burrscan.captures.png import check_depth, read_grey
 from burrscan.codes.gray import bits_for, decode, encode_gray
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 from burrscan.errors import InputError
+from burrscan.linear import linear_camera, linear_images
 from burrscan.scanner import Patterns
 
 _NUMBERED = re.compile(r"^(?P<stem>.*?)(?P<number>\d+)(?P<suffix>\.(png|bmp|tiff?|pgm))$", re.IGNORECASE)
@@ -42,7 +43,7 @@ class GrayCapture:
     white, black
         (h, w).
     camera
-        A data sheet estimated from the pictures themselves.
+        A data sheet: estimated from the pictures themselves, or measured.
     width, height
         The projector's raster.
 
@@ -65,8 +66,19 @@ def is_gray_folder(folder: Path) -> bool:
     return not (folder / "capture.json").exists() and any(folder.glob("graycode_*[0-9].*"))
 
 
-def read_gray_folder(folder: Path, *, width: int, height: int) -> GrayCapture:
+def read_gray_folder(
+    folder: Path, *, width: int, height: int, camera: CameraSheet | None = None
+) -> GrayCapture:
     """Read a plain Gray-code folder for a projector of ``width`` × ``height``.
+
+    Parameters
+    ----------
+    folder
+        The pictures.
+    width, height
+        The projector's raster.
+    camera
+        The camera's measured data sheet; by default one is estimated from the pictures themselves.
 
     Raises
     ------
@@ -88,8 +100,11 @@ def read_gray_folder(folder: Path, *, width: int, height: int) -> GrayCapture:
     _refuse_unlit(folder, white, black)
     _refuse_other_order(paths, stack)
     split = 2 * bits_for(width=width, cell_px=1)
-    camera = _camera_of(stack[:-2])
-    return GrayCapture(stack[:split], stack[split:-2], white, black, camera, width, height)
+    for path, image in zip(paths, images, strict=True):
+        if camera is not None:
+            check_depth(image, camera.bit_depth, path)
+    sheet = camera or _camera_of(stack[:-2])
+    return GrayCapture(stack[:split], stack[split:-2], white, black, sheet, width, height)
 
 
 def decode_gray_capture(capture: GrayCapture) -> Correspondence:
@@ -99,8 +114,10 @@ def decode_gray_capture(capture: GrayCapture) -> Correspondence:
     three standard deviations of its inverse), and flipping it moves the pixel by one. Its stated sigma is
     that of an even spread over one projector pixel. O(frames · pixels).
     """
-    u = decode(capture.columns, capture.camera, width=capture.width, cell_px=1)
-    v = decode(capture.rows, capture.camera, width=capture.height, cell_px=1)
+    columns, rows = (linear_images(images, capture.camera) for images in (capture.columns, capture.rows))
+    camera = linear_camera(capture.camera)
+    u = decode(columns, camera, width=capture.width, cell_px=1)
+    v = decode(rows, camera, width=capture.height, cell_px=1)
     mask = u.mask & v.mask
     nan = np.float32(np.nan)
     return Correspondence(
