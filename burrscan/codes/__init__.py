@@ -4,7 +4,7 @@ METHODS = {
     "binary": "burrscan.codes.binary:binary",
     "gray": "burrscan.codes.gray:gray",
     "gray_phase": "burrscan.codes.gray_phase:gray_phase",
-    "heterodyne": "burrscan.codes.multifrequency:heterodyne",
+    "heterodyne": "burrscan.codes.heterodyne:heterodyne",
     "ladder": "burrscan.codes.multifrequency:ladder",
     "micro_phase": "burrscan.codes.micro_phase:micro_phase",
     "modulated": "burrscan.codes.modulated:modulated",

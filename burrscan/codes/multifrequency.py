@@ -1,7 +1,6 @@
-"""Multi-frequency phase shifting, unwrapped by hierarchy or by heterodyne beats.
+"""Multi-frequency phase shifting, unwrapped by hierarchy: each period tells the stripe of the next finer one.
 
-Several sine periods; their differences (beats) have long periods that tell the stripe of the next finer one
-(Reich, Ritter, Thesing 1997; Huntley & Saldner 1993 for the ladder of periods).
+Huntley & Saldner 1993. Unwrapping by beats is in :mod:`burrscan.codes.heterodyne`.
 """
 
 from __future__ import annotations
@@ -18,17 +17,17 @@ from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 
 _STEP_UP = 4.0
-_MARGIN = 0.1
+MARGIN = 0.1
 
 
 def longest_px(*, width: float) -> float:
     """A period a little over the width, so that noise at one border does not name the other."""
-    return (1.0 + _MARGIN) * width
+    return (1.0 + MARGIN) * width
 
 
 def start(longest: Phase) -> Floats:
     """Columns from the longest period's phase, the margin split between both borders."""
-    margin = 0.5 * _MARGIN / (1.0 + _MARGIN) * longest.period_px
+    margin = 0.5 * MARGIN / (1.0 + MARGIN) * longest.period_px
     columns: Floats = (longest.offset_px.astype(float) + margin) % longest.period_px - margin
     return columns
 
@@ -38,19 +37,6 @@ def ladder_px(*, width: float, finest_px: float) -> tuple[float, ...]:
     width = longest_px(width=width)
     rungs = 1 + max(1, round(np.log(width / finest_px) / np.log(_STEP_UP)))
     return tuple(float(p) for p in np.geomspace(width, finest_px, rungs))
-
-
-def beats_px(*, width: float, finest_px: float) -> tuple[float, float, float]:
-    """Three close periods whose beats' beat is a little longer than the projector is wide.
-
-    The beats of neighbours are the geometric mean of the finest period and the width.
-    """
-    width = longest_px(width=width)
-    beat = 1.0 / np.sqrt(finest_px * width)
-    first = 1.0 / finest_px
-    second = first - beat
-    third = second - (beat - 1.0 / width)
-    return 1.0 / first, 1.0 / second, 1.0 / third
 
 
 def encode(*, width: int, periods_px: tuple[float, ...], steps: int) -> tuple[Floats, tuple[str, ...]]:
@@ -116,54 +102,9 @@ def decode_ladder(
     return accept(u_px, phases[-1], doubtful, phases, width=width, max_sigma_px=max_sigma_px)
 
 
-def decode_beats(
-    images: Image,
-    camera: CameraSheet,
-    *,
-    width: int,
-    periods_px: tuple[float, float, float],
-    steps: int,
-    max_sigma_px: float,
-    z: float = 4.0,
-) -> Correspondence:
-    """Beat of beats, then beat, then the finest period."""
-    phases = phases_of(images, camera, periods_px=periods_px, steps=steps)
-    first, second, third = phases
-    near, far = _beat(first, second), _beat(second, third)
-    longest = _beat(near, far)
-    coarse, moved = refine(start(longest), near)
-    doubtful = (z * longest.sigma_px > 0.5 * near.period_px) | (moved > z * longest.sigma_px + 1.0)
-    u_px, moved = refine(coarse, first)
-    doubtful |= (z * near.sigma_px > 0.5 * first.period_px) | (moved > z * near.sigma_px + 1.0)
-    return accept(u_px, first, doubtful, phases, width=width, max_sigma_px=max_sigma_px)
-
-
-def _beat(fine: Phase, coarse: Phase) -> Phase:
-    """The difference of two phases, a phase of the beat's period."""
-    period = 1.0 / (1.0 / fine.period_px - 1.0 / coarse.period_px)
-    turns = fine.offset_px / fine.period_px - coarse.offset_px / coarse.period_px
-    sigma = period * np.hypot(fine.sigma_px / fine.period_px, coarse.sigma_px / coarse.period_px)
-    return Phase(
-        ((turns % 1.0) * period).astype(np.float32),
-        sigma.astype(np.float32),
-        fine.amplitude_dn,
-        fine.mean_dn,
-        fine.clipped | coarse.clipped,
-        float(period),
-    )
-
-
 def ladder(*, width: int, finest_px: float = 16.0, steps: int = 8, max_sigma_px: float = 0.4) -> Code:
     """Hierarchical multi-frequency phase shifting: each period a quarter of the one before."""
     periods = ladder_px(width=width, finest_px=finest_px)
     light, names = encode(width=width, periods_px=periods, steps=steps)
     read = partial(decode_ladder, width=width, periods_px=periods, steps=steps, max_sigma_px=max_sigma_px)
-    return Code(light, names, read)
-
-
-def heterodyne(*, width: int, finest_px: float = 16.0, steps: int = 8, max_sigma_px: float = 0.4) -> Code:
-    """Three close periods, unwrapped by their beats."""
-    periods = beats_px(width=width, finest_px=finest_px)
-    light, names = encode(width=width, periods_px=periods, steps=steps)
-    read = partial(decode_beats, width=width, periods_px=periods, steps=steps, max_sigma_px=max_sigma_px)
     return Code(light, names, read)
