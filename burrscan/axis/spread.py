@@ -142,16 +142,26 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
     )  # fmt: skip
     A = A + np.triu(A, 1).T
     # What smoothing moved alike all round (at edges) is no noise: take its mean along every parallel off.
-    weight = scores[..., 0].sum(axis=2)
-    along = scores[..., 1].sum(axis=2)
+    weight, along = scores[..., 0].sum(axis=2), scores[..., 1].sum(axis=2)
     mean = along / np.maximum(weight, 1e-300)
     squares = scores[..., 10].sum() - (along * mean).sum()
     freedom = max(weight.sum() - (weight > 0).sum() - 4.0, 1.0)
     variance = max(float(squares / freedom), 1e-300)
-    patches = (scores[..., 6:10] - mean[:, :, None, None] * scores[..., 2:6]).sum(axis=1).reshape(-1, 4)
-    patches = patches[np.any(patches != 0.0, axis=1)]
-    B = patches.T @ patches * len(patches) / max(len(patches) - 4.0, 1.0)
+    # Only what changes along a parallel tells of the axis: the generatrix is free to take the rest.
+    gradient = scores[..., 2:6].sum(axis=2) / np.maximum(weight, 1e-300)[:, :, None]
+    A -= np.einsum("ku,kup,kuq->pq", weight, gradient, gradient)
+    B = _clustered(scores, mean, gradient)
     return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), B, variance)
+
+
+def _clustered(scores: Floats, mean: Floats, gradient: Floats) -> Floats:
+    """Sum over patches of s sᵀ, with s = Σ w (d - its mean) (J - its mean); means along parallels."""
+    w, d, J, dJ = scores[..., 0], scores[..., 1], scores[..., 2:6], scores[..., 6:10]
+    centred = dJ - mean[:, :, None, None] * J
+    centred -= gradient[:, :, None] * (d - mean[:, :, None] * w)[..., None]
+    patches = centred.sum(axis=1).reshape(-1, 4)
+    patches = patches[np.any(patches != 0.0, axis=1)]
+    return np.asarray(patches.T @ patches * len(patches) / max(len(patches) - 4.0, 1.0))
 
 
 def _spread(A: Floats, spurious: Floats, B: Floats, variance: float) -> Spread:
