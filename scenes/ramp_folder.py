@@ -145,8 +145,8 @@ def ramp_rig(scene: SceneSpec, *, seed: int = 0) -> RampRig:
     pose[:3, 3] = -_BOARD.points_mm.mean(axis=0) + (0.0, 0.0, scene.rig.standoff_mm)
     board = BoardSpec(_BOARD, white=_WHITE, black=_WHITE)
     light = board_light(board, pose, cut, samples=scene.render.samples, seed=scene.render.seed)
-    lens = falloff(whole.shape, scene.camera.vignetting)[_inside(whole)]
-    shown = falloff(light.projector_shape, scene.projector.vignetting)
+    lens = falloff(whole, scene.camera.vignetting)[_inside(whole)]
+    shown = falloff(optics.rig.projector, scene.projector.vignetting)
     return RampRig(scene, light.relight(shown[None])[0] * lens, light.ambient * lens, seed)
 
 

@@ -105,7 +105,7 @@ class SimulatedScanner:
         if shake:
             received = shifted(received, shake * self._drawn("camera vibration", first, len(patterns), 2))
         if self._scene.camera.vignetting:
-            received *= falloff(self._rig.camera.shape, self._scene.camera.vignetting)
+            received *= falloff(self._scene.rig.rig().camera, self._scene.camera.vignetting)
         return received
 
     def _projected(self, patterns: Patterns, first: int) -> Floats32:
@@ -120,7 +120,7 @@ class SimulatedScanner:
             gain = 1.0 + spec.flicker * self._drawn("projector flicker", first, len(frames), 1)
             light = light * gain[:, :, None].astype(np.float32)
         if spec.vignetting:
-            light = light * falloff(self._rig.projector.shape, spec.vignetting)
+            light = light * falloff(self._scene.rig.rig().projector, spec.vignetting)
         shake = self._scene.vibration.projector_px
         return (
             shifted(light, shake * self._drawn("projector vibration", first, len(frames), 2))

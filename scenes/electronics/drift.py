@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.documents import STRICT
+from burrscan.rig import View
 from scenes.streams import stream_key
 
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -53,12 +54,15 @@ def shifted(images: Floats32, shifts_px: Floats) -> Floats32:
     return np.stack(moved).astype(np.float32)
 
 
-def falloff(shape: tuple[int, int], loss: float) -> Floats32:
-    """(h, w) share of light that a lens passes: 1 in the middle, 1 - ``loss`` in the corners.
+def falloff(view: View, loss: float) -> Floats32:
+    """(h, w) share of light that a lens passes: cos⁴ of the angle to its axis (natural vignetting).
 
-    It falls with the square of the distance from the middle, the leading term of natural vignetting (cos⁴).
+    The axis is the principal point. ``loss`` is what half a diagonal away from it is lost, whatever the field
+    of view: ``1 / (1 + k r²)²`` is cos⁴ of the angle whose tangent is ``√k r`` (Reiss 1945, the cos⁴ law).
+    A plain thin lens of this focal length would lose ``1 - cos⁴``; a mechanically vignetted one loses more.
     """
-    rows, columns = (np.linspace(-1.0, 1.0, n) for n in shape)
-    h, w = shape
-    reach = (rows[:, None] * h) ** 2 + (columns * w) ** 2
-    return (1.0 - loss * reach / (h * h + w * w)).astype(np.float32)
+    x, y = np.arange(view.width) - view.cx, np.arange(view.height) - view.cy
+    r2 = (x**2 + y[:, None] ** 2) / (0.25 * (view.width**2 + view.height**2))
+    k = 1.0 / np.sqrt(1.0 - loss) - 1.0
+    share: Floats32 = ((1.0 + k * r2) ** -2).astype(np.float32)
+    return share

@@ -43,7 +43,8 @@ class CameraSpec:
     dark_current_e_per_s
         Electrons that the dark adds (EMVA 1288, section 4); they are shot noise's too.
     vignetting
-        Light lost in the corners of the sensor.
+        Light lost in the corners of the sensor, by the law of cos⁴; see
+        :func:`scenes.electronics.drift.falloff`.
     response
         The curve of a camera that is not linear.
     crosstalk
@@ -105,7 +106,7 @@ class ProjectorSpec:
     flicker
         Relative RMS change of brightness from picture to picture.
     vignetting
-        Light lost in the corners of the raster.
+        Light lost in the corners of the raster, likewise.
     crosstalk
         (3, 3): the light of each band in each primary, ones on the diagonal; of a scene in colour only. None
         by default; filters of a projector's colour wheel overlap by a few percent.
