@@ -54,7 +54,7 @@ class Reading:
     misfit
         chi² per degree of freedom of the phasors.
     lead
-        By how much the second best column fits worse, chi² in units of ``misfit``.
+        By how much the second best column fits worse, chi² in units of ``misfit`` or, if larger, of noise.
     off_line_px
         Distance of the fitted row from the epipolar line.
     clipped
@@ -78,10 +78,9 @@ class Reading:
         *,
         max_sigma_px: float,
         least_lead: float = 14.0,
-        most_lost: float = 2.5,
         off_line_px: float = 1.5,
     ) -> Reading:
-        """The same with NaN where the column is coarse, ambiguous or drowned, or its row off the line.
+        """The same with NaN where the column is coarse or ambiguous, or its row off the line.
 
         A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more. Where the phasors
         fit badly their errors are not noise, and the second best column must be thrice as far behind.
@@ -89,7 +88,6 @@ class Reading:
         with np.errstate(invalid="ignore"):
             needed = np.where(self.misfit > _ILL_FITTING, 3.0 * least_lead, least_lead)
             fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= needed)
-            fine &= self.lost <= most_lost
             fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
         return self.without(np.asarray(~fine))
 
@@ -192,7 +190,7 @@ def _anywhere(
     if best <= 0.0:
         return u, v, 0.0, 0.0, np.inf, np.inf, np.inf, 0.0, v
     fit = _fit(z, variance, f, g, u, v)
-    return (*fit, (best - second) / max(fit[6] * ratio, 1.0), v)
+    return (*fit, (best - second) / (max(fit[6], 1.0) * ratio), v)
 
 
 @njit(cache=True, nogil=True)
@@ -247,7 +245,7 @@ def _sure(
         return nothing
     v = _row_at(nodes, u, 0.0)
     fit = _fit(z, variance, f, g, u, v)
-    return (*fit, lead / max(fit[6] * ratio, 1.0), v)
+    return (*fit, lead / (max(fit[6], 1.0) * ratio), v)
 
 
 @njit(cache=True, nogil=True)
