@@ -46,115 +46,151 @@ def surface(
 
     """
     points, sigma = triangulate(correspondence, rig)
-    steep = float(np.tan(np.radians(grazing_deg)))
     pitch = 0.5 * (1.0 / rig.camera.fx + 1.0 / rig.camera.fy)
-    depth = np.ascontiguousarray(points[..., 2])
-    keep = _agrees_with_neighbours(depth, sigma, pitch * steep, outlier_z)
-    keep = _large_pieces(depth, sigma, keep, pitch * steep, least_pixels)
-    return _mesh(np.where(keep[..., None], points, np.nan), sigma, keep, pitch * steep)
+    reach = float(np.tan(np.radians(grazing_deg))) * pitch
+    depth, variance = _planes(points, sigma)
+    keep = _agrees_with_neighbours(depth, variance, reach, outlier_z)
+    keep = _large_pieces(depth, variance, keep, reach, least_pixels)
+    return _mesh(points, sigma, keep, _faces(depth, variance, _numbers(keep), reach))
 
 
-def _mesh(points: Floats, sigma: Floats32, keep: Bools, reach: float) -> Surface:
-    depth = np.ascontiguousarray(points[..., 2])
-    number = np.full(keep.shape, -1, np.int32)
-    rows, columns = np.nonzero(keep)
-    number[rows, columns] = np.arange(len(rows), dtype=np.int32)
-    faces = _faces(depth, sigma, number, reach)
+def _mesh(points: Floats, sigma: Floats32, keep: Bools, faces: Ints32) -> Surface:
+    pixels = np.argwhere(keep).astype(np.int32)
+    _clear(points, sigma, keep)
+    rows, columns = pixels.T
     return Surface(
         points_mm=points,
-        sigma_mm=np.where(keep, sigma, np.float32(np.nan)),
+        sigma_mm=sigma,
         mask=keep,
         vertices_mm=points[rows, columns],
         vertex_sigma_mm=sigma[rows, columns].astype(float),
         faces=faces,
-        pixels=np.stack([rows, columns], axis=-1).astype(np.int32),
+        pixels=pixels,
     )
 
 
-@njit(cache=True, inline="always")
-def _joined(z0: float, z1: float, s0: float, s1: float, reach: float, pixels: float) -> bool:
-    """Whether two depths ``pixels`` apart may belong to one surface."""
-    near: bool = abs(z1 - z0) <= reach * pixels * min(z0, z1) + 3.0 * np.sqrt(s0 * s0 + s1 * s1)
+@njit(cache=True, parallel=True, nogil=True)
+def _planes(points: Floats, sigma: Floats32) -> tuple[Floats, Floats]:
+    """Depth, and the variance along the ray."""
+    height, width = sigma.shape
+    depth, variance = np.empty((height, width)), np.empty((height, width))
+    for r in prange(height):
+        for c in range(width):
+            depth[r, c] = points[r, c, 2]
+            variance[r, c] = float(sigma[r, c]) * float(sigma[r, c])
+    return depth, variance
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _clear(points: Floats, sigma: Floats32, keep: Bools) -> None:
+    """NaN where there is no point."""
+    height, width = keep.shape
+    for r in prange(height):
+        for c in range(width):
+            if not keep[r, c]:
+                points[r, c, 0], points[r, c, 1], points[r, c, 2] = np.nan, np.nan, np.nan
+                sigma[r, c] = np.nan
+
+
+@njit(cache=True, nogil=True)
+def _numbers(keep: Bools) -> Ints32:
+    """Vertex of each pixel in row-major order, -1 where there is none."""
+    height, width = keep.shape
+    number = np.empty((height, width), np.int32)
+    n = 0
+    for r in range(height):
+        for c in range(width):
+            number[r, c] = n if keep[r, c] else -1
+            n += keep[r, c]
+    return number
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _joined(z0: float, z1: float, v0: float, v1: float, reach: float) -> bool:
+    """Whether two depths, with variances, may be of one surface.
+
+    They may differ by ``reach`` times the depth and three sigmas.
+    """
+    beyond = abs(z1 - z0) - reach * min(z0, z1)
+    near: bool = beyond <= 0.0 or beyond * beyond <= 9.0 * (v0 + v1)
     return near
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _agrees_with_neighbours(depth: Floats, sigma: Floats32, reach: float, outlier_z: float) -> Bools:
+def _agrees_with_neighbours(depth: Floats, variance: Floats, reach: float, outlier_z: float) -> Bools:
     height, width = depth.shape
     keep = np.zeros((height, width), np.bool_)
+    reaches = np.empty((_FIT_REACH + 1, _FIT_REACH + 1))
+    for y in range(_FIT_REACH + 1):
+        for x in range(_FIT_REACH + 1):
+            reaches[y, x] = reach * np.sqrt(float(x * x + y * y))
     for r in prange(height):
-        zs, dx, dy, ws = np.empty(25), np.empty(25), np.empty(25), np.empty(25)
         for c in range(width):
-            z0, s0 = depth[r, c], float(sigma[r, c])
-            if not np.isfinite(z0):
-                continue
-            n = 0
-            for y in range(max(0, r - _FIT_REACH), min(height, r + _FIT_REACH + 1)):
-                for x in range(max(0, c - _FIT_REACH), min(width, c + _FIT_REACH + 1)):
-                    if (y == r and x == c) or not np.isfinite(depth[y, x]):
-                        continue
-                    away = np.sqrt(float((y - r) * (y - r) + (x - c) * (x - c)))
-                    if _joined(z0, depth[y, x], s0, float(sigma[y, x]), reach, away):
-                        zs[n], dx[n], dy[n] = depth[y, x] - z0, x - c, y - r
-                        ws[n] = float(sigma[y, x]) ** 2
-                        n += 1
-            keep[r, c] = n >= _FIT_LEAST and _on_plane(zs, dx, dy, ws, n, s0, outlier_z)
+            if np.isfinite(depth[r, c]):
+                # the loop's own index is unsigned
+                keep[r, c] = _agrees(depth, variance, np.int64(r), c, reaches, outlier_z)
     return keep
 
 
-@njit(cache=True)
-def _on_plane(z: Floats, x: Floats, y: Floats, variance: Floats, n: int, s0: float, outlier_z: float) -> bool:
-    """Whether 0 lies on the plane z = a + b x + c y through the neighbours, within ``outlier_z`` sigmas."""
-    m = np.zeros((3, 3))
-    v = np.zeros(3)
-    stated = 0.0
-    for i in range(n):
-        row = (1.0, x[i], y[i])
-        for j in range(3):
-            v[j] += row[j] * z[i]
-            for k in range(3):
-                m[j, k] += row[j] * row[k]
-        stated += variance[i]
-    det = (
-        m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
-        - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
-        + m[0, 2] * (m[1, 0] * m[2, 1] - m[1, 1] * m[2, 0])
-    )
-    if det < 1e-9:
+@njit(cache=True, nogil=True)
+def _agrees(depth: Floats, variance: Floats, r: int, c: int, reaches: Floats, outlier_z: float) -> bool:
+    """Whether a point lies on the plane z = a + b x + c y through its neighbours, within so many sigmas."""
+    height, width = depth.shape
+    z0, v0 = depth[r, c], variance[r, c]
+    n, sx, sy, sxx, sxy, syy = 0, 0, 0, 0, 0, 0
+    sz, sxz, syz, szz, stated = 0.0, 0.0, 0.0, 0.0, 0.0
+    for dy in range(max(-_FIT_REACH, -r), min(_FIT_REACH, height - 1 - r) + 1):
+        for dx in range(max(-_FIT_REACH, -c), min(_FIT_REACH, width - 1 - c) + 1):
+            z1, v1 = depth[r + dy, c + dx], variance[r + dy, c + dx]
+            # a NaN is joined to nothing
+            if (dx == 0 and dy == 0) or not _joined(z0, z1, v0, v1, reaches[abs(dy), abs(dx)]):
+                continue
+            z = z1 - z0
+            n, sx, sy = n + 1, sx + dx, sy + dy
+            sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
+            sz, sxz, syz, szz = sz + z, sxz + dx * z, syz + dy * z, szz + z * z
+            stated += v1
+    if n < _FIT_LEAST:
         return False
-    inverse = np.linalg.inv(m)
-    plane = inverse @ v
-    scatter = 0.0
-    for i in range(n):
-        scatter += (z[i] - plane[0] - plane[1] * x[i] - plane[2] * y[i]) ** 2
+    # the normal equations' inverse by cofactors, exact whole numbers
+    c00, c01, c02 = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
+    c11, c12, c22 = n * syy - sy * sy, sx * sy - n * sxy, n * sxx - sx * sx
+    det = n * c00 + sx * c01 + sy * c02
+    if det <= 0:
+        return False
+    at = (c00 * sz + c01 * sxz + c02 * syz) / det
+    per_x = (c01 * sz + c11 * sxz + c12 * syz) / det
+    per_y = (c02 * sz + c12 * sxz + c22 * syz) / det
+    scatter = max(szz - at * sz - per_x * sxz - per_y * syz, 0.0)
     # scatter is noise and curvature alike: either excuses a point
     spread = max(scatter / max(n - 3, 1), stated / n)
-    near: bool = plane[0] ** 2 <= outlier_z * outlier_z * (s0 * s0 + spread * (1.0 + inverse[0, 0]))
+    near: bool = at * at <= outlier_z * outlier_z * (v0 + spread * (1.0 + c00 / det))
     return near
 
 
 @njit(cache=True, nogil=True)
-def _large_pieces(depth: Floats, sigma: Floats32, keep: Bools, reach: float, least: int) -> Bools:
+def _large_pieces(depth: Floats, variance: Floats, keep: Bools, reach: float, least: int) -> Bools:
     """Keep the pixels of pieces of at least ``least`` joined pixels (union-find, one raster pass)."""
     height, width = depth.shape
-    parent = np.arange(height * width)
+    number = _numbers(keep)
+    parent = np.arange(1 + number.max())
     for r in range(height):
         for c in range(width):
             if not keep[r, c]:
                 continue
             for y, x in ((r, c - 1), (r - 1, c)):
-                if y >= 0 and x >= 0 and keep[y, x]:
-                    s0, s1 = float(sigma[r, c]), float(sigma[y, x])
-                    if _joined(depth[r, c], depth[y, x], s0, s1, reach, 1.0):
-                        a, b = _root(parent, r * width + c), _root(parent, y * width + x)
-                        parent[max(a, b)] = min(a, b)
-    size = np.zeros(height * width, np.int64)
-    for i in range(height * width):
-        size[_root(parent, i)] += 1
+                near = y >= 0 and x >= 0 and keep[y, x]
+                if near and _joined(depth[r, c], depth[y, x], variance[r, c], variance[y, x], reach):
+                    a, b = _root(parent, number[r, c]), _root(parent, number[y, x])
+                    parent[max(a, b)] = min(a, b)
+    size = np.zeros(len(parent), np.int64)
+    for i in range(len(parent)):
+        parent[i] = _root(parent, i)
+        size[parent[i]] += 1
     large = np.zeros((height, width), np.bool_)
     for r in range(height):
         for c in range(width):
-            large[r, c] = keep[r, c] and size[_root(parent, r * width + c)] >= least
+            large[r, c] = keep[r, c] and size[parent[number[r, c]]] >= least
     return large
 
 
@@ -168,7 +204,7 @@ def _root(parent: Ints, i: int) -> int:
 
 @njit(cache=True, nogil=True)
 def _faces(  # noqa: C901 (a kernel)
-    depth: Floats, sigma: Floats32, number: Ints32, reach: float
+    depth: Floats, variance: Floats, number: Ints32, reach: float
 ) -> Ints32:
     """Up to two triangles per 2×2 pixels, split along the diagonal with the smaller step in depth."""
     height, width = depth.shape
@@ -196,9 +232,9 @@ def _faces(  # noqa: C901 (a kernel)
                 for e in range(3):
                     i, j = corners[e], corners[(e + 1) % 3]
                     y0, x0, y1, x1 = r + rows[i], c + columns[i], r + rows[j], c + columns[j]
-                    away = np.sqrt(float((y0 - y1) ** 2 + (x0 - x1) ** 2))
-                    s0, s1 = float(sigma[y0, x0]), float(sigma[y1, x1])
-                    whole &= _joined(depth[y0, x0], depth[y1, x1], s0, s1, reach, away)
+                    away = reach * np.sqrt(float((y0 - y1) ** 2 + (x0 - x1) ** 2))
+                    v0, v1 = variance[y0, x0], variance[y1, x1]
+                    whole &= _joined(depth[y0, x0], depth[y1, x1], v0, v1, away)
                 if whole:
                     for e in range(3):
                         i = corners[e]

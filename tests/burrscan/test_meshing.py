@@ -4,7 +4,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.correspondence import Correspondence
-from burrscan.meshing import surface
+from burrscan.meshing import _agrees_with_neighbours, surface
 from burrscan.rig import Rig
 from burrscan.triangulation import camera_rays
 from tests.burrscan.instrument import plane_depth, small_rig
@@ -64,3 +64,40 @@ def test_an_empty_scan_gives_an_empty_mesh() -> None:
     found = surface(scene(rig, np.full(rig.camera.shape, np.nan)), rig)
     assert len(found.faces) == 0
     assert len(found.vertices_mm) == 0
+
+
+def test_the_fast_plane_test_equals_plain_least_squares() -> None:
+    rig = small_rig(width=48)
+    depth = plane_depth(camera_rays(rig.camera), tilt=1.2)
+    depth[:, 30:] += 25.0
+    rng = np.random.default_rng(8)
+    depth += rng.normal(0.0, 0.1, depth.shape) + 3.0 * (rng.uniform(size=depth.shape) < 0.05)
+    depth[rng.uniform(size=depth.shape) < 0.1] = np.nan
+    sigma = rng.uniform(0.05, 0.2, depth.shape)
+    reach, z = 0.02, 5.0
+    found = _agrees_with_neighbours(depth, sigma**2, reach, z)
+    plain = np.array([[agrees(depth, sigma, r, c, reach, z) for c in range(48)] for r in range(len(depth))])
+    assert 0.5 < plain.mean() < 0.95
+    np.testing.assert_array_equal(found, plain)
+
+
+def agrees(depth: Floats, sigma: Floats, r: int, c: int, reach: float, z: float) -> bool:
+    """The same criterion by ``lstsq``."""
+    near = [
+        (y - r, x - c)
+        for y in range(max(r - 2, 0), min(r + 3, depth.shape[0]))
+        for x in range(max(c - 2, 0), min(c + 3, depth.shape[1]))
+        if (y, x) != (r, c)
+        and abs(depth[y, x] - depth[r, c])
+        <= reach * np.hypot(y - r, x - c) * min(depth[y, x], depth[r, c])
+        + 3.0 * np.hypot(sigma[y, x], sigma[r, c])
+    ]
+    if len(near) < 6:
+        return False
+    rows = np.array([(1.0, x, y) for y, x in near])
+    zs = np.array([depth[r + y, c + x] - depth[r, c] for y, x in near])
+    plane, _, rank, _ = np.linalg.lstsq(rows, zs, rcond=None)
+    scatter = ((zs - rows @ plane) ** 2).sum() / max(len(near) - 3, 1)
+    stated = np.mean([sigma[r + y, c + x] ** 2 for y, x in near])
+    spread = max(scatter, stated) * (1.0 + np.linalg.pinv(rows.T @ rows)[0, 0])
+    return bool(rank == 3 and plane[0] ** 2 <= z * z * (sigma[r, c] ** 2 + spread))
