@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from burrscan.arrays import Floats
@@ -15,9 +17,11 @@ def perpendicular_basis(direction: Floats) -> Floats:
     """
     start = np.zeros(3)
     start[np.argmin(np.abs(direction))] = 1.0
-    e1 = start - direction * (start @ direction)
-    e1 /= np.linalg.norm(e1)
-    return np.stack([e1, np.cross(direction, e1)], axis=1)
+    a, b, c = start - direction * (start @ direction)
+    length = math.sqrt(a * a + b * b + c * c)
+    a, b, c = a / length, b / length, c / length
+    x, y, z = direction
+    return np.array([[a, y * c - z * b], [b, z * a - x * c], [c, x * b - y * a]])
 
 
 def T_part_mesh(point_mm: Floats, direction: Floats) -> Floats:  # noqa: N802

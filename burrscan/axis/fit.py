@@ -9,7 +9,7 @@ lets burrs, spokes and outliers count nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,18 @@ FEWEST = 12.0
 """A piece with less than this weight of points, or less than a fortieth of the mean weight, is left out."""
 BEND = 0.2
 """Slope and bend of a piece off its ridge are expected within this many spacings (they are noise beyond)."""
+
+
+class Curve(NamedTuple):
+    """A generatrix as the kernels take it: see :class:`burrscan.axis.ridges.Pieces` and :class:`Fit`."""
+
+    centre: Floats
+    normal: Floats
+    coefficients: Floats
+    labels: Ints16
+    origin: Floats
+    cell: float
+    spacing: float
 
 
 @dataclass
@@ -75,24 +87,25 @@ def meridian(
 
 
 @kernel
-def piece_of(z: float, r: float, labels: Ints16, origin: Floats, cell: float) -> int:  # pragma: no cover
+def piece_of(z: float, r: float, curve: Curve) -> int:  # pragma: no cover
     """The piece a point of the (z, r) plane belongs to, or -1."""
-    fz, fr = (z - origin[0]) / cell, (r - origin[1]) / cell
-    if not (fz >= 0.0 and fr >= 0.0 and fz < labels.shape[0] and fr < labels.shape[1]):
+    fz, fr = (z - curve.origin[0]) / curve.cell, (r - curve.origin[1]) / curve.cell
+    if not (fz >= 0.0 and fr >= 0.0 and fz < curve.labels.shape[0] and fr < curve.labels.shape[1]):
         return -1
-    return int(labels[int(fz), int(fr)])
+    return int(curve.labels[int(fz), int(fr)])
 
 
 @kernel
 def off_piece(
-    z: float, r: float, centre: Floats, normal: Floats, coefficients: Floats, spacing: float
+    z: float, r: float, k: int, curve: Curve
 ) -> tuple[float, float, float, float]:  # pragma: no cover
-    """Place t along a piece, distance d off it, and the piece's normal (z, r) there."""
-    nz, nr = normal
-    dz, dr = z - centre[0], r - centre[1]
-    t = (dz * nr - dr * nz) / spacing
-    d = dz * nz + dr * nr - coefficients[0] - t * (coefficients[1] + t * coefficients[2])
-    slope = (coefficients[1] + 2.0 * t * coefficients[2]) / spacing
+    """Place t along piece k, distance d off it, and the piece's normal (z, r) there."""
+    nz, nr = curve.normal[k, 0], curve.normal[k, 1]
+    dz, dr = z - curve.centre[k, 0], r - curve.centre[k, 1]
+    offset, rise, bend = curve.coefficients[k]
+    t = (dz * nr - dr * nz) / curve.spacing
+    d = dz * nz + dr * nr - offset - t * (rise + t * bend)
+    slope = (rise + 2.0 * t * bend) / curve.spacing
     return t, d, nz - slope * nr, nr + slope * nz
 
 
@@ -102,13 +115,7 @@ def _accumulate(
     weights: Floats,
     frame: Floats,
     place: Floats,
-    centre: Floats,
-    normal: Floats,
-    coefficients: Floats,
-    labels: Ints16,
-    origin: Floats,
-    cell: float,
-    spacing: float,
+    curve: Curve,
     limit: float,
     top: float,
     sums: Floats,
@@ -121,20 +128,23 @@ def _accumulate(
     ``top``.
     """
     J = np.zeros(4)
+    fine, tight = BINS / top, 1.0 / limit
     for i in range(points.shape[0]):
         x, y, z = meridian(points, i, frame, place)
         r = np.sqrt(x * x + y * y)
-        k = piece_of(z, r, labels, origin, cell)
+        k = piece_of(z, r, curve)
         if k < 0:
             continue
-        t, d, mz, mr = off_piece(z, r, centre[k], normal[k], coefficients[k], spacing)
-        w = weights[i] if weights.shape[0] > 0 else 1.0
-        size = abs(d) * np.sqrt(w)
+        t, d, mz, mr = off_piece(z, r, k, curve)
+        w, size = 1.0, abs(d)
+        if weights.shape[0] > 0:
+            w = weights[i]
+            size *= np.sqrt(w)
         if size < top:
-            spread[int(size / top * BINS)] += 1.0
+            spread[min(int(size * fine), BINS - 1)] += 1.0
         if size >= limit:
             continue
-        u = 1.0 - (size / limit) ** 2
+        u = 1.0 - (size * tight) ** 2
         w *= u * u
         cosine, sine = x / r, y / r
         g = z * mr - r * mz
@@ -161,22 +171,56 @@ def _accumulate(
                 e += 1
 
 
-def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+@kernel
+def _eliminated(
+    sums: Floats, stiffness: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:  # pragma: no cover
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
-    gram = sums[:, [0, 1, 2, 1, 2, 3, 2, 3, 4]].reshape(-1, 3, 3)
-    few = sums[:, 0] < max(FEWEST, 0.025 * float(sums[:, 0].mean()))
-    gram = gram + np.diag([0.0, stiffness, stiffness]) + sums[:, 0, None, None] * 1e-9 * np.eye(3)
-    gram[few] = np.eye(3)
-    inverse = np.linalg.inv(gram)
-    inverse[few] = 0.0
-    cross = sums[:, 8:20].reshape(-1, 3, 4)
-    response = inverse @ cross
-    offset = (inverse @ sums[:, 5:8, None])[:, :, 0]
-    H = np.zeros((4, 4))
-    H[np.triu_indices(4)] = sums[~few, 20:30].sum(axis=0)
-    H = H + np.triu(H, 1).T - np.einsum("kip,kiq->pq", cross, response)
-    g = sums[~few, 30:34].sum(axis=0) - np.einsum("kip,ki->p", cross, offset)
-    return H, np.asarray(g), np.asarray(offset), np.asarray(response), np.asarray(inverse, dtype=np.float64)
+    count = sums.shape[0]
+    H, g = np.zeros((4, 4)), np.zeros(4)
+    offset, response, inverse = np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3))
+    least = max(FEWEST, 0.025 * sums[:, 0].mean())
+    for k in range(count):
+        row = sums[k]
+        if row[0] < least:
+            continue
+        inverse[k] = _inverse(row, stiffness)
+        for i in range(3):
+            for j in range(3):
+                offset[k, i] += inverse[k, i, j] * row[5 + j]
+                for p in range(4):
+                    response[k, i, p] += inverse[k, i, j] * row[8 + 4 * j + p]
+        _add_eliminated(row, offset[k], response[k], H, g)
+    return H + np.triu(H, 1).T, g, offset, response, inverse
+
+
+@kernel
+def _add_eliminated(
+    row: Floats, offset: Floats, response: Floats, H: Floats, g: Floats
+) -> None:  # pragma: no cover
+    """What a piece adds to the normal equations of the pose (upper triangle)."""
+    e = 20
+    for p in range(4):
+        g[p] += row[30 + p]
+        for i in range(3):
+            g[p] -= row[8 + 4 * i + p] * offset[i]
+        for q in range(p, 4):
+            H[p, q] += row[e]
+            e += 1
+            for i in range(3):
+                H[p, q] -= row[8 + 4 * i + p] * response[i, q]
+
+
+@kernel
+def _inverse(row: Floats, stiffness: float) -> Floats:  # pragma: no cover
+    """Inverse, by its adjugate, of a piece's normal matrix of 1, t, t² with its prior."""
+    little = row[0] * 1e-9
+    a, b, c = row[0] + little, row[1], row[2]
+    d, e, f = row[2] + stiffness + little, row[3], row[4] + stiffness + little
+    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
+    adjugate = np.array([[A, B, C], [B, a * f - c * c, b * c - a * e], [C, b * c - a * e, a * d - b * b]])
+    inverse: Floats = adjugate / (a * A + b * B + c * C)
+    return inverse
 
 
 def rotation_by(w: Floats) -> Floats:
@@ -266,7 +310,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     """
     sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
     top = min(gate, 8 * fit.sigma)
-    _accumulate(points, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma, top, sums, spread)
+    _accumulate(points, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma, top, sums, spread)
     stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
     H, g, offset, fit.response, fit.gram = _eliminated(sums, stiffness)
     step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
@@ -279,7 +323,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     return float(np.sqrt(max(float(step @ H @ step), 0.0))) / max(fit.sigma, fit.raw_sigma)
 
 
-def curve(fit: Fit) -> tuple[Any, ...]:
-    """The generatrix as the kernels take it."""
+def curve_of(fit: Fit) -> Curve:
+    """The generatrix of a fit."""
     p = fit.pieces
-    return p.centre, p.normal, fit.coefficients, p.labels, p.origin, p.cell, p.spacing
+    return Curve(p.centre, p.normal, fit.coefficients, p.labels, p.origin, p.cell, p.spacing)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints16
-from burrscan.axis.fit import TUKEY, Fit, curve, meridian, off_piece, piece_of
+from burrscan.arrays import Floats
+from burrscan.axis.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
 from burrscan.axis.kernel import kernel
 
 SECTORS = 64
@@ -45,13 +45,7 @@ def _tally(
     weights: Floats,
     frame: Floats,
     place: Floats,
-    centre: Floats,
-    normal: Floats,
-    coefficients: Floats,
-    labels: Ints16,
-    origin: Floats,
-    cell: float,
-    spacing: float,
+    curve: Curve,
     limit: float,
     response: Floats,
     gram: Floats,
@@ -71,10 +65,10 @@ def _tally(
     for i in range(points.shape[0]):
         x, y, z = meridian(points, i, frame, place)
         r = np.sqrt(x * x + y * y)
-        k = piece_of(z, r, labels, origin, cell)
+        k = piece_of(z, r, curve)
         if k < 0:
             continue
-        t, d, mz, mr = off_piece(z, r, centre[k], normal[k], coefficients[k], spacing)
+        t, d, mz, mr = off_piece(z, r, k, curve)
         w = weights[i] if weights.shape[0] > 0 else 1.0
         if abs(d) * np.sqrt(w) >= limit:
             continue
@@ -137,31 +131,63 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
     A = _tally(
-        points, raw, weights, fit.frame, fit.place, *curve(fit), TUKEY * fit.sigma,
+        points, raw, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
-    A = A + np.triu(A, 1).T
-    # What smoothing moved alike all round (at edges) is no noise: take its mean along every parallel off.
-    weight, along = scores[..., 0].sum(axis=2), scores[..., 1].sum(axis=2)
-    mean = along / np.maximum(weight, 1e-300)
-    squares = scores[..., 10].sum() - (along * mean).sum()
-    freedom = max(weight.sum() - (weight > 0).sum() - 4.0, 1.0)
-    variance = max(float(squares / freedom), 1e-300)
-    # Only what changes along a parallel tells of the axis: the generatrix is free to take the rest.
-    gradient = scores[..., 2:6].sum(axis=2) / np.maximum(weight, 1e-300)[:, :, None]
-    A -= np.einsum("ku,kup,kuq->pq", weight, gradient, gradient)
-    B = _clustered(scores, mean, gradient)
+    known, B, squares, freedom = _condensed(scores)
+    A = A + np.triu(A, 1).T - known
+    variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
     return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), B, variance)
 
 
-def _clustered(scores: Floats, mean: Floats, gradient: Floats) -> Floats:
-    """Sum over patches of s sᵀ, with s = Σ w (d - its mean) (J - its mean); means along parallels."""
-    w, d, J, dJ = scores[..., 0], scores[..., 1], scores[..., 2:6], scores[..., 6:10]
-    centred = dJ - mean[:, :, None, None] * J
-    centred -= gradient[:, :, None] * (d - mean[:, :, None] * w)[..., None]
-    patches = centred.sum(axis=1).reshape(-1, 4)
-    patches = patches[np.any(patches != 0.0, axis=1)]
-    return np.asarray(patches.T @ patches * len(patches) / max(len(patches) - 4.0, 1.0))
+@kernel
+def _condensed(scores: Floats) -> tuple[Floats, Floats, float, float]:  # pragma: no cover
+    """What the scores say once the means along parallels are off.
+
+    The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
+    alike all round (at edges) is no noise.
+
+    Returns
+    -------
+    Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes; the sum over patches of s sᵀ with
+    s = Σ w (d - d̄) (J - J̄); Σ w (d - d̄)²; and the weight less the number of means.
+
+    """
+    known, clustered = np.zeros((4, 4)), np.zeros((4, 4))
+    squares, freedom, used = 0.0, 0.0, 0
+    for k in range(scores.shape[0]):
+        patches = np.zeros((SECTORS, 4))
+        for u in range(BINS_ALONG):
+            total = scores[k, u].sum(axis=0)
+            if total[0] > 0.0:
+                squares += total[10] - total[1] * total[1] / total[0]
+                freedom += total[0] - 1.0
+                known += np.outer(total[2:6], total[2:6]) / total[0]
+                _add_centred(scores[k, u], total / total[0], patches)
+        used += int(np.count_nonzero(np.abs(patches).sum(axis=1)))
+        clustered += _squared(patches)
+    return known, clustered * (used / max(used - 4.0, 1.0)), squares, freedom
+
+
+@kernel
+def _add_centred(scores: Floats, mean: Floats, patches: Floats) -> None:  # pragma: no cover
+    """Add Σ w (d - d̄) (J - J̄) of every sector of a parallel."""
+    for s in range(SECTORS):
+        row = scores[s]
+        for p in range(4):
+            off = row[6 + p] - mean[1] * row[2 + p]
+            patches[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
+
+
+@kernel
+def _squared(patches: Floats) -> Floats:  # pragma: no cover
+    """Σ s sᵀ over patches, the same bits on every machine's BLAS."""
+    total = np.zeros((4, 4))
+    for s in range(patches.shape[0]):
+        for p in range(4):
+            for q in range(4):
+                total[p, q] += patches[s, p] * patches[s, q]
+    return total
 
 
 def _spread(A: Floats, spurious: Floats, B: Floats, variance: float) -> Spread:

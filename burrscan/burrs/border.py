@@ -34,7 +34,7 @@ def border_spread_mm(deviation_mm: Floats) -> float:
     return float(np.quantile(np.abs(deviation_mm), 0.98)) / 1.645 if len(deviation_mm) else 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _balance(faces: Ints32, count: int) -> tuple[Ints, Bools]:
     """Per vertex, the next less the previous corner over all its faces.
 

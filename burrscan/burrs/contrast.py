@@ -107,7 +107,7 @@ def _row_strengths(level: Floats, mask: Bools) -> Floats:
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
     """Cells around the region, and cells of its rows all the way round, both without the region's own."""
     rows: Bools = np.logical_or.reduce(region.cells, axis=1)
-    own = _thick(region.cells, _GUARD, closed=field.closed)
+    own = _thick(region.cells, _GUARD, field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
     beside = np.broadcast_to(rows[:, None], own.shape)
     return around & ~own, beside & ~own
@@ -129,16 +129,26 @@ def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
     return grown
 
 
-def _thick(cells: Bools, by: int, *, closed: bool) -> Bools:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001 (numba takes no keywords only)
     """Cells within ``by`` of the given ones, in rows and columns."""
+    height, width = cells.shape
     grown = np.zeros_like(cells)
-    for row in np.flatnonzero(cells.any(axis=1)):
-        low, high = max(row - by, 0), min(row + by + 1, len(cells))
-        grown[low:high] |= widened(cells[row], by, wrap=closed)
+    across = np.zeros(width, np.bool_)
+    for i in range(height):
+        across[:] = False
+        for j in range(width):
+            if cells[i, j]:
+                for k in range(j - by, j + by + 1):
+                    if closed or 0 <= k < width:
+                        across[k % width] = True
+        for row in range(max(i - by, 0), min(i + by + 1, height)):
+            for j in range(width):
+                grown[row, j] |= across[j]
     return grown
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _box_means(
     cell: Ints32,
     deviation: Floats,
@@ -184,7 +194,7 @@ def _satellite(field: Field, mine: int, kept: list[tuple[Region, float]]) -> boo
         odds = 1.0 / _SATELLITE if region.sign == own.sign else _ODDS[own.sign]
         weaker = size * odds < larger
         if weaker:
-            near = _thick(region.cells, reach, closed=field.closed) & own.cells
+            near = _thick(region.cells, reach, field.closed) & own.cells
             if near.sum() > 0.5 * own.cells.sum():
                 return True
     return False

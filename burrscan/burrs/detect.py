@@ -123,7 +123,7 @@ def _sew(labels: Ints32) -> None:
             labels[labels == right] = left
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _explain(strong: Bools, statistic: Floats, shape: Ints32, boxes: Ints32) -> None:
     """Drop strong boxes that owe their strength to a much stronger one whose centre they hold."""
     height, width = strong.shape
@@ -162,7 +162,7 @@ def _integral(image: Floats) -> Floats:
     return integral
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _match(
     count: Floats, score: Floats, boxes: Ints32, small_one: int, mean: float
 ) -> tuple[Floats, Floats, Ints32, Floats]:
@@ -188,7 +188,7 @@ def _match(
     return best, inflation, shape, small
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _box_statistic(count: Floats, score: Floats, a: int, b: int, mean: float, statistic: Floats) -> None:
     """Sum of scores over root of the count in the box around each cell; 0 where most of it is empty."""
     height, width = statistic.shape
@@ -205,7 +205,7 @@ def _box_statistic(count: Floats, score: Floats, a: int, b: int, mean: float, st
             statistic[i, j] = s / np.sqrt(n)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _row_cores(statistic: Floats) -> tuple[Floats, Floats]:
     """Centre and spread (at least 1) of each row's core, the spread drawn to that of all rows."""
     height, width = statistic.shape

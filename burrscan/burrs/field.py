@@ -134,7 +134,7 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     return total / shape[0], arc[1] / shape[1], shape
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _placed(
     segment: Ints32, t: Floats, nodes: Floats, starts: Ints, begin: Floats
 ) -> tuple[Floats, Floats, Floats]:
@@ -152,7 +152,7 @@ def _placed(
     return along, place, normal
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _cells(
     along: Floats,
     angle: Floats,
@@ -177,7 +177,7 @@ def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
     return most
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _filled(cell: Ints32, shape: tuple[int, int]) -> float:
     """Share of the cells that hold a vertex."""
     used = np.zeros(shape, np.bool_)
@@ -219,7 +219,7 @@ def levelled(
     return deviation, np.maximum(spread, _QUIETEST * overall)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Floats, Floats]:
     """Mean and standard deviation of each row's core, found from outside inwards. O(N)."""
     mean, spread = np.zeros(rows), np.full(rows, 3.0 * overall)
@@ -241,7 +241,7 @@ def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Fl
     return mean, spread
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _motion_equations(
     deviation: Floats,
     cell: Ints32,
@@ -284,7 +284,7 @@ def _motion_equations(
     return matrix, right
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _moved(
     deviation: Floats,
     cell: Ints32,
@@ -304,7 +304,7 @@ def _moved(
     return moved
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _local_noise(
     deviation: Floats, cell: Ints32, spread: Floats, shape: tuple[int, int], wide: int
 ) -> Floats:
@@ -326,7 +326,7 @@ def _local_noise(
     return sigma
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:
     count, score = np.zeros(shape), np.zeros(shape)
     for i in range(len(deviation)):

@@ -181,7 +181,7 @@ def _guess(patch: Patch, spacing: float) -> Floats | None:
     return np.array([best[0], best[1], 0.0, best[2], 0.0]) if best[0] > 0.0 else None
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _best_of_grid(
     v: Floats, lift: Floats, sigma: Floats, centres: Floats, halves: Floats
 ) -> tuple[float, float, float]:
@@ -223,17 +223,23 @@ def _fitted(
     )
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
     """Inverse of the normal matrix of the free parameters, the width held to a vertex spacing at worst."""
-    normal = normal + np.diag([0.0, 0.0, 0.0, spacing**-2, 1.0])
-    some = normal[np.ix_(free, free)]
+    which = np.flatnonzero(free)
+    normal = normal + np.diag(np.array([0.0, 0.0, 0.0, spacing**-2, 1.0]))
+    some = normal[which][:, which]
     scale = np.sqrt(np.maximum(np.diag(some), 1e-300))
+    product = np.outer(scale, scale)
+    inverse = np.linalg.pinv(np.ascontiguousarray(some / product)) / product
     covariance = np.zeros((5, 5))
-    covariance[np.ix_(free, free)] = np.linalg.pinv(some / np.outer(scale, scale)) / np.outer(scale, scale)
+    for j in range(len(which)):
+        for k in range(len(which)):
+            covariance[which[j], which[k]] = inverse[j, k]
     return covariance
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _equations(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int
 ) -> tuple[float, Floats, Floats]:
@@ -246,8 +252,9 @@ def _equations(
         q = abs(x) / (p[3] * stretch)
         shape, steep = 0.0, 0.0
         if q < 1.0:
-            shape = 1.0 - q**power
-            steep = p[0] * power * q ** (power - 1)
+            slope = q if power == 2 else 1.0
+            shape = 1.0 - slope * q
+            steep = p[0] * power * slope
         residual = lift[i] - p[0] * shape
         z = abs(residual) / sigma[i]
         w = 1.0 / (sigma[i] * sigma[i])
@@ -265,12 +272,15 @@ def _equations(
         row[4] = steep * q * sense / stretch
         for j in range(5):
             gradient[j] += w * row[j] * residual
-            for k in range(5):
+            for k in range(j, 5):
                 normal[j, k] += w * row[j] * row[k]
+    for j in range(5):
+        for k in range(j):
+            normal[j, k] = normal[k, j]
     return chi2, gradient, normal
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _descend(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, free: Bools, narrowest: float
 ) -> tuple[Floats, float, Floats]:
@@ -311,7 +321,7 @@ def _at_width(patch: Patch, ridge: Ridge, half: float) -> Ridge:
     return _fitted(patch, start, ridge.power, _HELD, (ridge.start_mm, ridge.end_mm), half)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _over_widths(
     u: Floats, v: Floats, lift: Floats, sigma: Floats, start: Floats, power: int, free: Bools, halves: Floats
 ) -> tuple[Floats, Floats]:

@@ -183,7 +183,7 @@ def _sparse(count: Floats) -> float:
     return float(min(_SPARSE * typical, 0.25 * count.mean()))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _moments(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> Floats:
     sums = np.zeros((size[0] * size[1], 6))
     for i in range(len(z)):
@@ -221,14 +221,14 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     return Cells(cells.centre_mm[keep], cells.count[keep], cells.mask[keep], index, cells.place[keep])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def arc_bit(angle: float, arc: tuple[float, float]) -> int:
     """The bit of a coverage mask that stands for an angle."""
     turn = ((angle - arc[0]) % (2.0 * np.pi)) / arc[1]
     return np.uint64(1) << np.uint64(min(int(turn * ARC_BINS), ARC_BINS - 1))  # type: ignore[return-value]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _accumulate(
     z: Floats, r: Floats, angle: Floats, low: Floats, size: Ints, side: float, arc: tuple[float, float]
 ) -> tuple[Ints32, Floats, Ints, Ints]:
@@ -254,7 +254,7 @@ def _accumulate(
     return index, sums[:count], masks[:count], place[:count]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _ridge(place: Ints, index: Ints32, count: Floats) -> Bools:
     """Cells on the ridge of the density of the data, not in the tails of its noise."""
     keep = np.ones(len(place), np.bool_)
@@ -267,7 +267,7 @@ def _ridge(place: Ints, index: Ints32, count: Floats) -> Bools:
     return keep
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _bits(mask: int) -> int:
     count = 0
     rest = np.uint64(mask)
@@ -277,7 +277,7 @@ def _bits(mask: int) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int) -> Bools:
     """Cells whose data go round.
 

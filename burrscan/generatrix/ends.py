@@ -52,7 +52,7 @@ def _covered(coverage: Floats) -> tuple[int, int]:
     return first, last
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _far_ends(segment: Ints32, t: Floats, count: int) -> Floats:
     """Least and largest place of the data on each segment, at most 0.9 of it cut off."""
     far = np.empty((count, 2))

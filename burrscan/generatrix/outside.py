@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Polyline, candidates, feet, join
@@ -75,12 +76,23 @@ def _vote(
     return cast, np.bincount(segment, weights=np.abs(cosine), minlength=size).astype(np.float64)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _face_normals(
     vertices: Floats, faces: Ints32, transform: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Centres (z, r) of faces and their area-weighted normals along the axis and away from it."""
-    corners = vertices[faces] @ transform[:3, :3].T + transform[:3, 3]
-    centre = corners.mean(axis=1)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    r = np.hypot(centre[:, 0], centre[:, 1])
-    return centre[:, 2], r, normal[:, 2], (normal[:, :2] * centre[:, :2]).sum(axis=1) / (r + 1e-300)
+    count = len(faces)
+    z, r, nz, nr = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    corner = np.empty((3, 3))
+    for f in range(count):
+        for c in range(3):
+            x, y, w = vertices[faces[f, c]]
+            for i in range(3):
+                row = transform[i]
+                corner[c, i] = row[0] * x + row[1] * y + row[2] * w + row[3]
+        u, v = corner[1] - corner[0], corner[2] - corner[0]
+        x, y = corner[:, 0].sum() / 3.0, corner[:, 1].sum() / 3.0
+        z[f], r[f] = corner[:, 2].sum() / 3.0, np.sqrt(x * x + y * y)
+        nz[f] = u[0] * v[1] - u[1] * v[0]
+        nr[f] = ((u[1] * v[2] - u[2] * v[1]) * x + (u[2] * v[0] - u[0] * v[2]) * y) / (r[f] + 1e-300)
+    return z, r, nz, nr

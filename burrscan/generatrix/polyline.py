@@ -133,7 +133,7 @@ def candidates(
     return Candidates(low, side, index, first, segments)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _occupied(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> tuple[Ints32, Ints]:
     index = np.full((size[0], size[1]), -1, np.int32)
     place = np.empty((min(size[0] * size[1], len(z)), 2), np.int64)
@@ -147,39 +147,45 @@ def _occupied(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> tup
     return index, place[:count]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _lists(
     centres: Floats, nodes: Floats, starts: Ints, side: float, slack: float, reach: float
 ) -> tuple[Ints, Ints32]:
     first = np.zeros(len(centres) + 1, np.int64)
     segments = np.empty(8 * len(centres) + len(starts), np.int32)
-    distance = np.empty(len(starts))
+    square = np.empty(len(starts))
+    a, b, dz, dr, inverse = _unpacked(nodes, starts)
     margin = 1.4143 * side + 2.0 * slack
     count = 0
     for i in range(len(centres)):
         least = np.inf
         for k in range(len(starts)):
-            distance[k] = _place_on(nodes, starts[k], centres[i, 0], centres[i, 1])[1]
-            least = min(least, distance[k])
+            x, y = centres[i, 0] - a[k], centres[i, 1] - b[k]
+            t = min(max((x * dz[k] + y * dr[k]) * inverse[k], 0.0), 1.0)
+            square[k] = (x - t * dz[k]) ** 2 + (y - t * dr[k]) ** 2
+            least = min(least, square[k])
+        least = np.sqrt(least)
         if least <= reach + side:
             if count + len(starts) > len(segments):
                 segments = np.concatenate((segments, np.empty(len(segments) + len(starts), np.int32)))
             for k in range(len(starts)):
-                if distance[k] <= least + margin:
+                if square[k] <= (least + margin) ** 2:
                     segments[count] = k
                     count += 1
         first[i + 1] = count
     return first, segments[:count]
 
 
-@njit(cache=True, nogil=True)
-def _place_on(nodes: Floats, start: int, z: float, r: float) -> tuple[float, float]:
-    """Where on a segment (0 to 1) a point is nearest to it, and how far."""
-    a, b = nodes[start, 0], nodes[start, 1]
-    dz, dr = nodes[start + 1, 0] - a, nodes[start + 1, 1] - b
-    t = ((z - a) * dz + (r - b) * dr) / (dz * dz + dr * dr)
-    t = min(max(t, 0.0), 1.0)
-    return t, np.sqrt((z - a - t * dz) ** 2 + (r - b - t * dr) ** 2)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _unpacked(nodes: Floats, starts: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Start (a, b), step (dz, dr) and inverse squared length of every segment."""
+    size = len(starts)
+    a, b, dz, dr, inverse = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    for k in range(size):
+        a[k], b[k] = nodes[starts[k], 0], nodes[starts[k], 1]
+        dz[k], dr[k] = nodes[starts[k] + 1, 0] - a[k], nodes[starts[k] + 1, 1] - b[k]
+        inverse[k] = 1.0 / (dz[k] * dz[k] + dr[k] * dr[k])
+    return a, b, dz, dr, inverse
 
 
 @dataclass(frozen=True)
@@ -238,7 +244,7 @@ def _open_ends(line: Polyline) -> tuple[Bools, Bools]:
     return begins, ends
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _feet(
     z: Floats,
     r: Floats,
@@ -255,12 +261,7 @@ def _feet(
 ) -> tuple[Ints32, Floats, Floats]:
     segment = np.full(len(z), -1, np.int32)
     place, signed = np.zeros(len(z)), np.full(len(z), np.nan)
-    size = len(starts)
-    a, b, dz, dr, inverse = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    for k in range(size):
-        a[k], b[k] = nodes[starts[k], 0], nodes[starts[k], 1]
-        dz[k], dr[k] = nodes[starts[k] + 1, 0] - a[k], nodes[starts[k] + 1, 1] - b[k]
-        inverse[k] = 1.0 / (dz[k] * dz[k] + dr[k] * dr[k])
+    a, b, dz, dr, inverse = _unpacked(nodes, starts)
     for i in range(len(z)):
         u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
         if not (0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]):

@@ -41,7 +41,7 @@ def meridian_of(vertices_mm: Floats, axis: Axis) -> tuple[Floats, Floats]:
     return z, r
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _meridian(vertices: Floats, transform: Floats) -> tuple[Floats, Floats]:
     z, r = np.empty(len(vertices)), np.empty(len(vertices))
     for i in range(len(vertices)):
@@ -53,7 +53,7 @@ def _meridian(vertices: Floats, transform: Floats) -> tuple[Floats, Floats]:
     return z, r
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _cylindrical(vertices: Floats, transform: Floats) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     z, r, angle = np.empty(count), np.empty(count), np.empty(count)
@@ -86,7 +86,7 @@ def along_long_edges(profile: Profile, faces: Ints32, *, step_mm: float) -> Prof
 _MOST_POINTS_PER_EDGE = 256
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _edge_points(
     z: Floats, r: Floats, angle: Floats, faces: Ints32, step: float
 ) -> tuple[Floats, Floats, Floats]:

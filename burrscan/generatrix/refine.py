@@ -127,7 +127,7 @@ def node_normals(line: Polyline) -> tuple[Floats, Floats]:
     return total, np.maximum(cosine, 0.3)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _normal_equations(
     segment: Ints32,
     t: Floats,

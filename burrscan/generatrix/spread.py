@@ -40,7 +40,7 @@ def _between(count: Floats, total: Floats) -> Floats:
     return np.sqrt(pooled)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _sector_sums(
     segment: Ints32,
     t: Floats,
@@ -69,7 +69,7 @@ def band_mm(line: Polyline, foot: Foot) -> Floats:
     return np.where(high >= low, high - low, np.nan)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _extremes(
     segment: Ints32, t: Floats, distance: Floats, starts: Ints, nodes: int
 ) -> tuple[Floats, Floats]:

@@ -52,7 +52,7 @@ def _both_ways(centre: Floats, place: Ints, index: Ints32, visited: Bools, start
     return np.concatenate([back[:0:-1], ahead])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _tangent(centre: Floats, place: Ints, index: Ints32, i: int) -> Floats:
     """Direction of the curve at a cell, from the cells around it."""
     zz = rr = zr = 0.0
@@ -66,7 +66,7 @@ def _tangent(centre: Floats, place: Ints, index: Ints32, i: int) -> Floats:
     return np.array([np.cos(turn), np.sin(turn)])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _walk(
     centre: Floats, place: Ints, index: Ints32, visited: Bools, start: int, direction: Floats, side: float
 ) -> Ints:
@@ -88,7 +88,7 @@ def _walk(
         i = j
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _next(
     centre: Floats, place: Ints, index: Ints32, visited: Bools, i: int, z: float, r: float, side: float
 ) -> int:
@@ -110,7 +110,7 @@ def _next(
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _claim(centre: Floats, place: Ints, index: Ints32, visited: Bools, i: int, j: int, side: float) -> None:
     """Mark the cells beside the step from i to j as visited."""
     dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
