@@ -2,6 +2,7 @@
 
 METHODS = {
     "binary": "burrscan.codes.binary:binary",
+    "complementary": "burrscan.codes.complementary:complementary",
     "gray": "burrscan.codes.gray:gray",
     "gray_phase": "burrscan.codes.gray_phase:gray_phase",
     "heterodyne": "burrscan.codes.heterodyne:heterodyne",

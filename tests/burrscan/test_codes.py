@@ -11,6 +11,7 @@ from burrscan.codes.code import Code, light_of, patterns
 from burrscan.codes.gray import cells_of, decode_gray, encode_gray, gray_bits
 from burrscan.codes.phase import decode_phase, encode_phase
 from burrscan.devices import CameraSheet, ProjectorSheet
+from burrscan.errors import InputError
 from burrscan.rig import View
 from burrscan.variants import resolve
 
@@ -68,11 +69,31 @@ def test_nothing_seen_is_nothing_accepted(name: str) -> None:
     assert found.mask.mean() < 1e-3
 
 
-@pytest.mark.parametrize("name", SINES)
+@pytest.mark.parametrize("name", sorted(set(SINES) - {"complementary"}))
 def test_clipped_pixels_are_masked(name: str) -> None:
     code = build(name, width=512)
     found = code.decode(pictures(code.light, signal_dn=3000.0, dark_dn=0.0, rng=None), CAMERA)
     assert not found.mask.any()
+
+
+@pytest.mark.parametrize("signal_dn", [1100.0, 1800.0, 3000.0, 4000.0])
+def test_complementary_phase_reads_what_saturates(signal_dn: float) -> None:
+    rng = np.random.default_rng(7)
+    code = build("complementary", width=512)
+    found = code.decode(pictures(code.light, signal_dn=signal_dn, dark_dn=2.0, rng=rng), CAMERA)
+    pulls = ((found.u_px - np.arange(512)) / found.sigma_u_px)[found.mask]
+    assert found.mask.mean() > 0.99
+    assert 0.95 < 1.4826 * np.median(np.abs(pulls)) < 1.05
+    # what is left of the bias of choosing steps: within four standard errors and 3 % of a sigma
+    assert abs(pulls.mean()) < 4.0 / np.sqrt(len(pulls)) + 0.03
+
+
+def test_complementary_phase_needs_three_clear_steps() -> None:
+    code = build("complementary", width=512)
+    found = code.decode(pictures(code.light, signal_dn=60_000.0, dark_dn=0.0, rng=None), CAMERA)
+    assert not found.mask.any()
+    with pytest.raises(InputError, match="odd"):
+        build("complementary", width=512, steps=4)
 
 
 @given(width=st.integers(2, 2000), cell_px=st.integers(1, 16))
