@@ -23,6 +23,7 @@ from burrscan.inspection import Inspection
 from burrscan.scanner import Scanner
 from burrscan.surface import Surface
 from burrscan.variants import check_parameters, resolve
+from burrscan.welding import welded
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,7 @@ def inspect_surface(
     O(V + T).
 
     """
-    vertices, used, sigma, known = _usable(vertices_mm, faces, sigma_mm)
+    vertices, used, sigma, row = _usable(vertices_mm, faces, sigma_mm)
     timings: dict[str, float] = {}
     axis = _timed(timings, "axis", stage_function(pipeline.axis, "axis"), vertices, used, sigma_mm=sigma)
     generatrix = _timed(
@@ -185,16 +186,15 @@ def inspect_surface(
         sigma_mm=sigma,
     )
     start = time.perf_counter()
-    deviation = np.full(len(vertices_mm), np.nan)
-    deviation[known] = deviation_mm(vertices, axis, generatrix)
+    deviation = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start
-    checks = _timed(timings, "checks", axis_checks, vertices, used, axis, deviation_mm=deviation[known])
+    checks = _timed(timings, "checks", axis_checks, vertices, used, axis, deviation_mm=deviation)
     return Inspection(
         axis=axis,
         generatrix=generatrix,
         burrs=burrs,
         T_part_mesh=T_part_mesh(axis.point_mm, axis.direction),
-        deviation_mm=deviation,
+        deviation_mm=np.append(deviation, np.nan)[row],
         checks=checks,
         timings_s=timings,
     )
@@ -202,23 +202,27 @@ def inspect_surface(
 
 def _usable(
     vertices_mm: Floats, faces: Ints32, sigma_mm: Floats | float | None
-) -> tuple[Floats, Ints32, Floats | None, Bools]:
-    """Vertices that are numbers, the faces between them renumbered, their sigma, and which they are."""
+) -> tuple[Floats, Ints32, Floats | None, Ints32]:
+    """Vertices that are numbers, each place once; the faces between them renumbered; their sigma.
+
+    Last which of them stands for each given vertex, -1 where none does.
+    """
     vertices, triangles = checked_mesh(vertices_mm, faces)
-    known: Bools = np.logical_and.reduce(np.isfinite(vertices), axis=1)
+    known: Bools = np.isfinite(vertices[:, 0] + vertices[:, 1] + vertices[:, 2])
     sigma = _per_vertex(sigma_mm, len(vertices))
     if sigma is not None:
         known &= np.isfinite(sigma) & (sigma > 0.0)
-    if known.sum() < FEWEST:
+    number = np.cumsum(known, dtype=np.int32) - np.int32(1)
+    if not known.all():
+        triangles = number[triangles[known[triangles].all(axis=1)]]
+        vertices, sigma = vertices[known], None if sigma is None else sigma[known]
+    vertices, triangles, sigma, place = welded(vertices, triangles, sigma)
+    if len(vertices) < FEWEST:
         raise InputError(
-            f"only {int(known.sum())} usable vertices: an inspection needs at least {FEWEST}; "
+            f"only {len(vertices)} usable vertices: an inspection needs at least {FEWEST}; "
             "is the scan empty, or the wrong part of it selected?"
         )
-    if known.all():
-        return vertices, triangles, sigma, known
-    number = np.cumsum(known, dtype=np.int32) - np.int32(1)
-    kept = number[triangles[known[triangles].all(axis=1)]]
-    return vertices[known], kept, None if sigma is None else sigma[known], known
+    return vertices, triangles, sigma, np.where(known, place[number], np.int32(-1))
 
 
 def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:

@@ -11,6 +11,7 @@ from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
 from burrscan.variants import check_parameters, resolve
+from burrscan.welding import welded
 
 METHODS: dict[str, str] = {
     "profile": "burrscan.axis.profile:find_axis_profile",
@@ -38,7 +39,7 @@ def find_axis(
     ----------
     vertices_mm
         (V, 3) positions in the mesh frame; rows with NaN or infinity are dropped, with the faces that use
-        them. The unit may be any: the axis comes in the same one.
+        them, and those that coincide count once. The unit may be any: the axis comes in the same one.
     faces
         (T, 3) vertex indices; None or empty for a cloud. Their senses do not matter.
     method
@@ -59,12 +60,13 @@ def find_axis(
     if sigma is not None:
         sigma = _checked_sigma(np.asarray(sigma, dtype=np.float64), len(vertices))
     vertices, triangles, sigma = _finite(vertices, triangles, sigma)
+    if len(vertices) and np.ptp(vertices, axis=0).max() == 0.0:
+        raise InputError("all vertices coincide: hand over a mesh with an extent")
+    vertices, triangles, sigma, _ = welded(vertices, triangles, sigma)
     if len(vertices) < FEWEST:
         raise InputError(
             f"{len(vertices)} points are too few to find an axis: hand over at least {FEWEST} finite vertices"
         )
-    if np.ptp(vertices, axis=0).max() == 0.0:
-        raise InputError("all vertices coincide: hand over a mesh with an extent")
     axis: Axis = function(vertices, triangles, sigma_mm=sigma, **parameters)
     return axis
 

@@ -31,6 +31,15 @@ def test_nan_vertices_keep_their_places() -> None:
     assert inspection.burrs == ()
 
 
+def test_repeated_vertices_keep_their_places() -> None:
+    scan = revolution_scan(sigma_mm=0.05, shape=(120, 40))
+    once = burrscan.inspect_mesh(scan.vertices_mm, scan.faces)
+    soup = burrscan.inspect_mesh(
+        scan.vertices_mm[scan.faces].reshape(-1, 3), np.arange(scan.faces.size).reshape(-1, 3)
+    )
+    np.testing.assert_allclose(soup.deviation_mm, once.deviation_mm[scan.faces].ravel(), atol=1e-6)
+
+
 def test_clouds_and_lists_are_welcome() -> None:
     scan = revolution_scan(sigma_mm=0.05, seed=3, shape=(200, 100))
     inspection = burrscan.inspect_mesh(scan.vertices_mm.tolist())

@@ -31,7 +31,7 @@ def test_single_views(name: str) -> None:
     mesh = trimesh.Trimesh(read.vertices_mm, read.faces, process=True)  # STL repeats every vertex
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int32)
     truth = np.eye(3)[AXES[name]]
-    whole = find_axis(vertices, faces)
+    whole = find_axis(read.vertices_mm, read.faces)  # as read
     assert axis_angle_deg(whole.direction, truth) < 0.05
     assert whole.undetermined == ()
     views = np.random.default_rng(7).normal(size=(8, 3))
