@@ -22,7 +22,8 @@ class Patterns:
     ----------
     frames
         (F, height, width) projector levels 0 .. 255. A broadcast view is welcome: columns that do not vary
-        along the rows need no memory.
+        along the rows need no memory. A scanner in colour takes (F, height, width, 3), a level per primary,
+        red first, and gives images (F, h, w, 3): see :mod:`burrscan.colour`.
     names
         One name per frame, unique within the stack, such as ``gray-u-03-inverse``.
 
@@ -33,7 +34,7 @@ class Patterns:
 
     def __post_init__(self) -> None:
         freeze(self, frames=self.frames)
-        if self.frames.ndim != 3 or len(self.names) != len(self.frames):
+        if self.frames.ndim not in (3, 4) or len(self.names) != len(self.frames):
             msg = f"patterns of shape {self.frames.shape} do not fit {len(self.names)} names"
             raise ValueError(msg)
 

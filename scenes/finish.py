@@ -5,7 +5,8 @@ Optical constants (wavelength in nm, n, k), tabulated at refractiveindex.info (p
 - aluminium: A. D. Rakić, Appl. Opt. 34, 4755 (1995), evaporated film;
 - steel: B. Karlsson and C. G. Ribbing, J. Appl. Phys. 53, 6340 (1982), austenitic stainless;
 - brass: M. R. Querry, Contractor Report CRDC-CR-85034 (1985), 70 % Cu, 30 % Zn;
-- chrome: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056 (1974).
+- chrome: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056 (1974);
+- copper, gold: P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972).
 """
 
 from __future__ import annotations
@@ -21,14 +22,20 @@ from burrscan.documents import STRICT
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
-Metal = Literal["aluminium", "steel", "brass", "chrome"]
-Channels = Literal["mono", "rgb"]
+Metal = Literal["aluminium", "steel", "brass", "chrome", "copper", "gold"]
+Band = Literal["red", "green", "blue"]
+Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
-_MONO_NM = (550.0,)
-# near the dominant wavelengths of the sRGB primaries
-_RGB_NM = (611.0, 549.0, 464.0)
+# the colours are near the dominant wavelengths of the sRGB primaries
+_WAVELENGTHS_NM: dict[Channels, tuple[float, ...]] = {
+    "mono": (550.0,),
+    "rgb": (611.0, 549.0, 464.0),
+    "red": (611.0,),
+    "green": (549.0,),
+    "blue": (464.0,),
+}
 _CONSTANTS = {
     "aluminium": (
         (442.80, 0.60790, 5.3676),
@@ -75,6 +82,28 @@ _CONSTANTS = {
         (582.0, 3.22, 3.30),
         (617.0, 3.17, 3.30),
         (659.0, 3.09, 3.34),
+    ),
+    "copper": (
+        (430.5, 1.25, 2.305),
+        (450.9, 1.24, 2.397),
+        (471.4, 1.25, 2.483),
+        (495.9, 1.22, 2.564),
+        (520.9, 1.18, 2.608),
+        (548.6, 1.02, 2.577),
+        (579.4, 0.70, 2.704),
+        (616.8, 0.30, 3.205),
+        (659.5, 0.22, 3.747),
+    ),
+    "gold": (
+        (430.5, 1.45, 1.948),
+        (450.9, 1.38, 1.914),
+        (471.4, 1.31, 1.849),
+        (495.9, 1.04, 1.833),
+        (520.9, 0.62, 2.081),
+        (548.6, 0.43, 2.455),
+        (579.4, 0.29, 2.863),
+        (616.8, 0.21, 3.272),
+        (659.5, 0.14, 3.697),
     ),
 }
 
@@ -158,7 +187,7 @@ def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
     finish
         What it is.
     channels
-        ``mono`` for one channel at 550 nm, ``rgb`` for three.
+        ``mono`` for one channel at 550 nm, ``rgb`` for three, or one of the three by its name.
 
     """
     if finish.texture == "matte":
@@ -184,7 +213,7 @@ def _diffuse(reflectance: float) -> dict[str, Any]:
 
 
 def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
-    n, k = optical_constants(finish.metal, _MONO_NM if channels == "mono" else _RGB_NM)
+    n, k = optical_constants(finish.metal, _WAVELENGTHS_NM[channels])
     alpha_u, alpha_v = (
         (finish.alpha_along, finish.alpha_across)
         if finish.texture == "turned"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats, Floats32, Image
+from burrscan.arrays import Floats, Floats32, Image, Levels
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.rig import Rig
@@ -32,6 +32,8 @@ class SimulatedScanner:
         The data sheets that algorithms are told; the true ones by default.
 
     """
+
+    _frame_axes = 3
 
     def __init__(
         self,
@@ -76,7 +78,8 @@ class SimulatedScanner:
         self._check(patterns, exposure_ms)
         first = self._taken
         self._taken += len(patterns)
-        received = self._received(patterns, first)
+        emitted = emission(patterns.frames, self._scene.projector.sheet.light)
+        received = self._received(self._light, emitted, first)
         return expose(
             received,
             camera=self._scene.camera,
@@ -91,42 +94,52 @@ class SimulatedScanner:
             raise InputError(
                 f"exposure of {exposure_ms:g} ms is outside the camera's {shortest:g} to {longest:g} ms"
             )
-        if patterns.frames.shape[1:] != self._rig.projector.shape:
+        if patterns.frames.ndim != self._frame_axes:
+            kinds = {3: "grey", 4: "in colour"}
             raise InputError(
-                f"patterns of {patterns.frames.shape[1:]} do not fit a projector of "
+                f"the patterns are {kinds[patterns.frames.ndim]} and the scanner is "
+                f"{kinds[self._frame_axes]}: strategy 'colour' is for scanners in colour, the others are for "
+                "grey ones"
+            )
+        if patterns.frames.shape[1:3] != self._rig.projector.shape:
+            raise InputError(
+                f"patterns of {patterns.frames.shape[1:3]} do not fit a projector of "
                 f"{self._rig.projector.shape}"
             )
 
-    def _received(self, patterns: Patterns, first: int) -> Floats32:
-        """Light on the sensor, (F, h, w)."""
-        received = self._light.relight(self._projected(patterns, first))
-        received += self._light.ambient * self._scene.light.ambient
+    def _received(self, light: Light, emitted: Floats32, first: int) -> Floats32:
+        """Light on the sensor, (F, h, w), when the projector's lamp emits (F, H, W)."""
+        received = light.relight(self._projected(emitted, first))
+        received += light.ambient * self._scene.light.ambient
         shake = self._scene.vibration.camera_px
         if shake:
-            received = shifted(received, shake * self._drawn("camera vibration", first, len(patterns), 2))
+            received = shifted(received, shake * self._drawn("camera vibration", first, len(emitted), 2))
         if self._scene.camera.vignetting:
             received *= falloff(self._scene.rig.rig().camera, self._scene.camera.vignetting)
         return received
 
-    def _projected(self, patterns: Patterns, first: int) -> Floats32:
-        """Light that leaves the projector; frames that do not vary along the rows stay broadcast."""
-        table = self._scene.projector.sheet.light.astype(np.float32)
-        frames = patterns.frames
-        light = (
-            np.broadcast_to(table[frames[:, :1]], frames.shape) if frames.strides[1] == 0 else table[frames]
-        )
+    def _projected(self, light: Floats32, first: int) -> Floats32:
+        """Light that leaves the projector."""
         spec = self._scene.projector
         if spec.flicker:
-            gain = 1.0 + spec.flicker * self._drawn("projector flicker", first, len(frames), 1)
+            gain = 1.0 + spec.flicker * self._drawn("projector flicker", first, len(light), 1)
             light = light * gain[:, :, None].astype(np.float32)
         if spec.vignetting:
             light = light * falloff(self._scene.rig.rig().projector, spec.vignetting)
         shake = self._scene.vibration.projector_px
         return (
-            shifted(light, shake * self._drawn("projector vibration", first, len(frames), 2))
+            shifted(light, shake * self._drawn("projector vibration", first, len(light), 2))
             if shake
             else light
         )
 
     def _drawn(self, source: str, first: int, frames: int, values: int) -> Floats:
         return per_picture(self._identity, source, first, frames, values)
+
+
+def emission(frames: Levels, light: Floats) -> Floats32:
+    """Light of levels (F, H, W); frames that do not vary along the rows stay broadcast."""
+    table = light.astype(np.float32)
+    if frames.strides[1] == 0:
+        return np.broadcast_to(table[frames[:, :1]], frames.shape)
+    return np.asarray(table[frames])

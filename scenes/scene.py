@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -79,6 +79,9 @@ class SceneSpec:
         finish.
     pose, rig, camera, projector, light, calibration, vibration, render
         See the tables' own classes.
+    channels
+        ``mono``, or ``rgb`` for a projector of three primaries and a camera of three chips
+        (:mod:`scenes.colour`); a scan of it needs the strategy ``colour``.
     name, description
         For people.
 
@@ -97,6 +100,7 @@ class SceneSpec:
     calibration: CalibrationSpec = CalibrationSpec()
     vibration: VibrationSpec = VibrationSpec()
     render: RenderSpec = RenderSpec()
+    channels: Literal["mono", "rgb"] = "mono"
     name: str = ""
     description: str = ""
 

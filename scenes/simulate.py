@@ -10,7 +10,9 @@ from typing import Any
 
 from burrscan.arrays import Floats
 from burrscan.devices import CameraSheet, ProjectorSheet
-from scenes.finish import finish_bsdf
+from burrscan.scanner import Scanner
+from scenes.colour import BANDS, MONO, ColourScanner
+from scenes.finish import Channels, finish_bsdf
 from scenes.light import Light, stock_light
 from scenes.renderer import activate
 from scenes.scanner import SimulatedScanner
@@ -30,7 +32,7 @@ class Simulation:
     """A scene ready to be scanned.
 
     ``scanner()`` gives a fresh scanner; fresh scanners of one simulation see the same light and the same
-    noise.
+    noise. A scene in colour has the light of its three ``bands``; ``light`` and ``truth`` are the green's.
     """
 
     scene: SceneSpec
@@ -38,10 +40,15 @@ class Simulation:
     light: Light
     identity: tuple[int, ...]
     timings_s: Mapping[str, float]
+    bands: tuple[Light, ...] = ()
 
-    def scanner(self, *, sheets: tuple[CameraSheet, ProjectorSheet] | None = None) -> SimulatedScanner:
+    def scanner(self, *, sheets: tuple[CameraSheet, ProjectorSheet] | None = None) -> Scanner:
         """A scanner that has taken no picture yet, told the true data sheets or others."""
         told = self.scene.calibration.told(self.scene.rig.rig())
+        if self.bands:
+            return ColourScanner(
+                self.bands, scene=self.scene, rig=told, identity=self.identity, sheets=sheets
+            )
         return SimulatedScanner(self.light, scene=self.scene, rig=told, identity=self.identity, sheets=sheets)
 
 
@@ -71,14 +78,24 @@ def simulate(
     clock.append(time.perf_counter())
     optics = optics_of(scene)
     pose = scene.pose.T_camera_part(standoff_mm=scene.rig.standoff_mm, middle_z_mm=_middle_z_mm(wheel))
-    mesh = wheel_mesh(mi, wheel, pose, finish_bsdf(scene.finish, channels="mono"))
-    light, hits = _light(mi, mesh, optics, scene, cache_dir)
+    bands: dict[Channels, tuple[Light, Hits]] = {}
+    for band in BANDS if scene.channels == "rgb" else MONO:
+        mesh = wheel_mesh(mi, wheel, pose, finish_bsdf(scene.finish, channels=band))
+        bands[band] = _light(mi, mesh, optics, scene, band, cache_dir)
+    light, hits = bands["green" if scene.channels == "rgb" else "mono"]
     clock.append(time.perf_counter())
     truth = truth_of(scene, wheel=wheel, rig=optics.rig, T_camera_part=pose, hits=hits, light=light)
     clock.append(time.perf_counter())
     names = ("wheel", "transport", "truth")
     timings = {name: b - a for name, a, b in zip(names, clock, clock[1:], strict=False)}
-    return Simulation(scene=scene, truth=truth, light=light, identity=identity, timings_s=timings)
+    return Simulation(
+        scene=scene,
+        truth=truth,
+        light=light,
+        identity=identity,
+        timings_s=timings,
+        bands=tuple(one for one, _ in bands.values()) if scene.channels == "rgb" else (),
+    )
 
 
 def optics_of(scene: SceneSpec) -> Optics:
@@ -95,7 +112,7 @@ def optics_of(scene: SceneSpec) -> Optics:
 
 
 def _light(
-    mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, cache_dir: Path | None
+    mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, band: Channels, cache_dir: Path | None
 ) -> tuple[Light, Hits]:
     render = scene.render
     bare = mi.load_dict({"type": "scene", "wheel": mesh})
@@ -114,6 +131,7 @@ def _light(
         render,
         mi.__version__,
         mi.variant(),
+        *([] if band == "mono" else [band]),
     )
     transport = stored(
         cache_dir,

@@ -81,7 +81,7 @@ def patterns(
         return Patterns(np.broadcast_to(rows[:, None, :], (len(rows), *view.shape)), names)
     factor = np.float32(_TABLE - 1) * (1.0 if intensity is None else intensity.astype(np.float32))
     table = sheet.levels(np.linspace(0.0, 1.0, _TABLE)).astype(np.float32)
-    offsets = _bayer(view.shape)
+    offsets = bayer(view.shape)
     levels = np.empty((len(names), *view.shape), np.uint8)
     for frame, one in zip(levels, frames, strict=True):
         wanted = np.clip(one * factor, 0.0, _TABLE - 1).astype(np.int32)
@@ -94,7 +94,7 @@ def light_of(levels: Levels, sheet: ProjectorSheet) -> Floats:
     return np.asarray(sheet.light[levels])
 
 
-def _bayer(shape: tuple[int, int]) -> Floats32:
+def bayer(shape: tuple[int, int]) -> Floats32:
     """Ordered thresholds in (0, 1), 4×4, tiled to ``shape``."""
     tile = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])
     tiled = np.tile((tile + 0.5) / 16.0, (shape[0] // 4 + 1, shape[1] // 4 + 1))

@@ -6,5 +6,6 @@ METHODS = {
     "multi_exposure": "burrscan.scan.multi_exposure:scan_multi_exposure",
     "both": "burrscan.scan.both:scan_both",
     "seed": "burrscan.scan.seed:scan_seed",
+    "colour": "burrscan.colour.scan:scan_colour",
 }
 """Short name to a function ``(scanner, *, ...) -> Scan``."""
