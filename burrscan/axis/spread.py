@@ -125,8 +125,8 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
     """Uncertainty of a fit. O(V).
 
     The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
-    widened where sums over patches of the surface vary more than independent points would (quasi-likelihood
-    with the clustered scores of Liang & Zeger), as with correlated noise, treads or spokes.
+    widened where sums over sectors vary more than independent points would (quasi-likelihood with the
+    clustered scores of Liang & Zeger), as with burrs along the axis, correlated noise, treads or spokes.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
@@ -134,14 +134,14 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
         points, raw, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
-    known, B, squares, freedom = _condensed(scores)
+    known, sums, shares, squares, freedom = _condensed(scores)
     A = A + np.triu(A, 1).T - known
     variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
-    return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), B, variance)
+    return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
 
 
 @kernel
-def _condensed(scores: Floats) -> tuple[Floats, Floats, float, float]:  # pragma: no cover
+def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:  # pragma: no cover
     """What the scores say once the means along parallels are off.
 
     The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
@@ -149,53 +149,57 @@ def _condensed(scores: Floats) -> tuple[Floats, Floats, float, float]:  # pragma
 
     Returns
     -------
-    Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes; the sum over patches of s sᵀ with
-    s = Σ w (d - d̄) (J - J̄); Σ w (d - d̄)²; and the weight less the number of means.
+    Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes; per sector, over all pieces,
+    Σ w (d - d̄) (J - J̄) and the information Σ w (J - J̄) (J - J̄)ᵀ; Σ w (d - d̄)²; and the weight less the
+    number of means.
 
     """
-    known, clustered = np.zeros((4, 4)), np.zeros((4, 4))
-    squares, freedom, used = 0.0, 0.0, 0
+    known = np.zeros((4, 4))
+    squares, freedom = 0.0, 0.0
+    sums, shares = np.zeros((SECTORS, 4)), np.zeros((SECTORS, 4, 4))
     for k in range(scores.shape[0]):
-        patches = np.zeros((SECTORS, 4))
         for u in range(BINS_ALONG):
             total = scores[k, u].sum(axis=0)
             if total[0] > 0.0:
                 squares += total[10] - total[1] * total[1] / total[0]
                 freedom += total[0] - 1.0
                 known += np.outer(total[2:6], total[2:6]) / total[0]
-                _add_centred(scores[k, u], total / total[0], patches)
-        used += int(np.count_nonzero(np.abs(patches).sum(axis=1)))
-        clustered += _squared(patches)
-    return known, clustered * (used / max(used - 4.0, 1.0)), squares, freedom
+                _add_centred(scores[k, u], total / total[0], sums, shares)
+    return known, sums, shares, squares, freedom
 
 
 @kernel
-def _add_centred(scores: Floats, mean: Floats, patches: Floats) -> None:  # pragma: no cover
-    """Add Σ w (d - d̄) (J - J̄) of every sector of a parallel."""
+def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> None:  # pragma: no cover
+    """Add Σ w (d - d̄) (J - J̄) and Σ w (J - J̄) (J - J̄)ᵀ of every sector of a parallel."""
     for s in range(SECTORS):
         row = scores[s]
+        if row[0] <= 0.0:
+            continue
         for p in range(4):
             off = row[6 + p] - mean[1] * row[2 + p]
-            patches[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
-
-
-@kernel
-def _squared(patches: Floats) -> Floats:  # pragma: no cover
-    """Σ s sᵀ over patches, the same bits on every machine's BLAS."""
-    total = np.zeros((4, 4))
-    for s in range(patches.shape[0]):
-        for p in range(4):
+            sums[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
             for q in range(4):
-                total[p, q] += patches[s, p] * patches[s, q]
-    return total
+                lean = row[2 + q] / row[0] - mean[2 + q]
+                shares[s, p, q] += (row[2 + p] - row[0] * mean[2 + p]) * lean
 
 
-def _spread(A: Floats, spurious: Floats, B: Floats, variance: float) -> Spread:
+def _widening(sums: Floats, shares: Floats, variance: float) -> float:
+    """By how much the sectors' scores vary more than independent points would make them; at least 1.
+
+    All in the basis where the information is the identity. The fit takes its share of a sector's score off:
+    E[s sᵀ] = σ² (I_s - I_s²) with I_s the sector's information (Bell & McCaffrey 2002).
+    """
+    squares = np.einsum("spq,sqp->", shares, shares)
+    expected = max(float(np.trace(shares.sum(axis=0)) - squares), 1.0)
+    return max(1.0, float((sums * sums).sum()) / (variance * expected))
+
+
+def _spread(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> Spread:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
-    widening = max(1.0, float(np.trace(whiten.T @ B @ whiten)) / (4.0 * variance))
-    shares, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
+    widening = _widening(sums @ whiten, whiten.T @ shares @ whiten, variance)
+    real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
     basis = whiten @ modes
-    covariance = (basis / np.maximum(shares, 0.01)) @ basis.T * variance * widening
-    return Spread(covariance, float(shares[0]), float(np.sqrt(variance)))
+    covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening
+    return Spread(covariance, float(real[0]), float(np.sqrt(variance)))

@@ -245,19 +245,19 @@ def _equations(
 ) -> tuple[float, Floats, Floats]:
     """Robust chi-square, gradient and normal matrix."""
     chi2, gradient, normal, row = 0.0, np.zeros(5), np.zeros((5, 5)), np.empty(5)
+    left, right, steepest = 1.0 / (p[3] * (1.0 - p[4])), 1.0 / (p[3] * (1.0 + p[4])), p[0] * power
     for i in range(len(u)):
         x = v[i] - p[1] - p[2] * u[i]
-        sense = 1.0 if x >= 0.0 else -1.0
-        stretch = 1.0 + sense * p[4]
-        q = abs(x) / (p[3] * stretch)
+        side = right if x >= 0.0 else -left
+        q = x * side
         shape, steep = 0.0, 0.0
         if q < 1.0:
             slope = q if power == 2 else 1.0
             shape = 1.0 - slope * q
-            steep = p[0] * power * slope
+            steep = steepest * slope
         residual = lift[i] - p[0] * shape
-        z = abs(residual) / sigma[i]
-        w = 1.0 / (sigma[i] * sigma[i])
+        known = 1.0 / sigma[i]
+        z, w = abs(residual) * known, known * known
         if z > _HUBER:
             w *= _HUBER / z
             chi2 += 2.0 * _HUBER * z - _HUBER * _HUBER
@@ -266,10 +266,10 @@ def _equations(
         if q >= 1.0:
             continue
         row[0] = shape
-        row[1] = steep * sense / (p[3] * stretch)
+        row[1] = steep * side
         row[2] = row[1] * u[i]
         row[3] = steep * q / p[3]
-        row[4] = steep * q * sense / stretch
+        row[4] = steep * q * side * p[3]
         for j in range(5):
             gradient[j] += w * row[j] * residual
             for k in range(j, 5):
