@@ -74,6 +74,20 @@ class View:
             ideal = ideal - (self.distort(ideal) - xy)
         return ideal
 
+    def straight(self, pixels: Floats) -> Floats:
+        """Pixel coordinates (..., 2) as they were if the lens did not distort."""
+        return self.undistort((pixels - (self.cx, self.cy)) / (self.fx, self.fy)) * (self.fx, self.fy) + (
+            self.cx,
+            self.cy,
+        )
+
+    def bent(self, pixels: Floats) -> Floats:
+        """The inverse of :meth:`straight`."""
+        return self.distort((pixels - (self.cx, self.cy)) / (self.fx, self.fy)) * (self.fx, self.fy) + (
+            self.cx,
+            self.cy,
+        )
+
     def project(self, points_mm: Floats) -> Floats:
         """Pixel coordinates (..., 2) of points (..., 3) in this device's frame; NaN behind it."""
         z = points_mm[..., 2]

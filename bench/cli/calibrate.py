@@ -62,7 +62,7 @@ def main(given: argparse.Namespace) -> int:
 
 def _geometry(given: argparse.Namespace) -> int:
     from burrscan.calibration.board import Board
-    from burrscan.calibration.geometric import calibrate
+    from burrscan.calibration.geometric import calibrate_captures
     from burrscan.captures.folder import write_rig
     from burrscan.errors import InputError
 
@@ -73,8 +73,12 @@ def _geometry(given: argparse.Namespace) -> int:
     if not given.square > 0.0:
         raise InputError(f"--square {given.square:g}: the side of a square is above zero")
     board = Board(given.board[0], given.board[1], given.square)
-    views, camera, projector = _views(given.folders, board, given.gray)
-    found = calibrate(views, board, camera=camera, projector=projector, distortion=given.distortion)
+    captures, camera, projector = _captures(given.folders, given.gray)
+    found, left_out = calibrate_captures(
+        captures, board, camera=camera, projector=projector, distortion=given.distortion
+    )
+    for why in left_out:
+        print(f"note: left out: {why}", file=sys.stderr)
     _print(found)
     write_rig(given.out, found.rig)
     if given.json:
@@ -82,28 +86,22 @@ def _geometry(given: argparse.Namespace) -> int:
     return 0
 
 
-def _views(
-    folders: list[Path], board: Any, gray: tuple[int, int] | None
+def _captures(
+    folders: list[Path], gray: tuple[int, int] | None
 ) -> tuple[list[Any], tuple[int, int], tuple[int, int]]:
-    """Views of the board, and the sizes of camera and projector."""
-    from burrscan.calibration.board import board_view
+    """Names, white pictures and correspondences; and the sizes of camera and projector."""
     from burrscan.captures.board_folder import read_board_folder
     from burrscan.errors import InputError
 
-    views: list[Any] = []
-    first: Any = None
-    for folder in folders:
-        seen = read_board_folder(folder, gray=gray)
-        first = first or seen
-        if (seen.camera, seen.projector) != (first.camera, first.projector):
+    seen = [read_board_folder(folder, gray=gray) for folder in folders]
+    camera, projector = seen[0].camera, seen[0].projector
+    for folder, one in zip(folders, seen, strict=True):
+        if (one.camera, one.projector) != (camera, projector):
             raise InputError(
                 f"{folder}: its pictures or patterns have another size than those of {folders[0]}"
             )
-        try:
-            views.append(board_view(str(folder), seen.white, seen.correspondence, board))
-        except InputError as error:  # one bad view among many is no reason to stop
-            print(f"note: left out: {error}", file=sys.stderr)
-    return views, first.camera, first.projector
+    captures = [(str(f), one.white, one.correspondence) for f, one in zip(folders, seen, strict=True)]
+    return captures, camera, projector
 
 
 def _print(found: Any) -> None:

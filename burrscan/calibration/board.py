@@ -11,6 +11,7 @@ from burrscan.arrays import Bools, Floats, Image, freeze
 from burrscan.calibration.corners import refined
 from burrscan.correspondence import Correspondence
 from burrscan.errors import InputError
+from burrscan.rig import Rig, View
 
 _LEAST_PIXELS = 40
 _STEPS = 3
@@ -73,8 +74,24 @@ class BoardView:
         return np.asarray(np.isfinite(self.projector_px).all(axis=-1))
 
 
-def board_view(name: str, white: Image, correspondence: Correspondence, board: Board) -> BoardView:
+def board_view(
+    name: str, white: Image, correspondence: Correspondence, board: Board, *, lenses: Rig | None = None
+) -> BoardView:
     """Corners of a board in a capture: found in the white picture, carried over by the code.
+
+    Parameters
+    ----------
+    name
+        Of the capture.
+    white
+        (h, w) DN.
+    correspondence
+        Columns and rows of the projector per camera pixel.
+    board
+        What is shown.
+    lenses
+        A first calibration. Edges are straight, and a plane's homography is exact, only without distortion:
+        with a camera's lens known, corners are some thousandths of a pixel better.
 
     Raises
     ------
@@ -82,19 +99,19 @@ def board_view(name: str, white: Image, correspondence: Correspondence, board: B
         When the board is not found, or no corner can be carried over.
 
     """
-    corners = find_corners(white, board)
+    corners = find_corners(white, board, lens=None if lenses is None else lenses.camera)
     if corners is None:
         raise InputError(
             f"{name}: no board of {board.columns}×{board.rows} inner corners in the white picture; count the "
             "corners where four squares meet, and let the whole board be in sight and evenly lit"
         )
-    view = BoardView(name, corners, *projector_corners(corners, correspondence, board))
+    view = BoardView(name, corners, *projector_corners(corners, correspondence, board, lenses=lenses))
     if not view.known.any():
         raise InputError(f"{name}: the board is found, but no code decodes around its corners")
     return view
 
 
-def find_corners(white: Image, board: Board) -> Floats | None:
+def find_corners(white: Image, board: Board, *, lens: View | None = None) -> Floats | None:
     """(corners, 2) corners of a board in a picture (h, w) DN, or None where it is not found whole.
 
     Found by OpenCV's ``findChessboardCornersSB`` (Duda & Frese 2018), refined by
@@ -106,10 +123,12 @@ def find_corners(white: Image, board: Board) -> Floats | None:
     found, corners = cv2.findChessboardCornersSB(grey, (board.columns, board.rows), flags=flags)
     if not found:
         return None
-    return refined(white, np.asarray(corners, dtype=float).reshape(-1, 2), rows=board.rows)
+    return refined(white, np.asarray(corners, dtype=float).reshape(-1, 2), rows=board.rows, lens=lens)
 
 
-def projector_corners(corners: Floats, correspondence: Correspondence, board: Board) -> tuple[Floats, Floats]:
+def projector_corners(
+    corners: Floats, correspondence: Correspondence, board: Board, *, lenses: Rig | None = None
+) -> tuple[Floats, Floats]:
     """Corners in the projector's image, by a homography around each (Moreno & Taubin 2012).
 
     Parameters
@@ -120,6 +139,8 @@ def projector_corners(corners: Floats, correspondence: Correspondence, board: Bo
         Columns and rows of the projector per camera pixel.
     board
         Its raster gives the size of the neighbourhoods: half the way to the nearest corners.
+    lenses
+        Both devices' distortions, as far as known.
 
     Returns
     -------
@@ -130,11 +151,11 @@ def projector_corners(corners: Floats, correspondence: Correspondence, board: Bo
     grid = corners.reshape(board.rows, board.columns, 2)
     steps = [np.linalg.norm(np.diff(grid, axis=axis), axis=-1).ravel() for axis in (0, 1)]
     reach = 0.5 * float(np.min(np.concatenate(steps)))
-    carried = np.stack([_carried(corner, correspondence, reach) for corner in corners])
+    carried = np.stack([_carried(corner, correspondence, reach, lenses) for corner in corners])
     return carried[:, :, 0], carried[:, :, 1:]
 
 
-def _carried(corner: Floats, correspondence: Correspondence, reach: float) -> Floats:
+def _carried(corner: Floats, correspondence: Correspondence, reach: float, lenses: Rig | None) -> Floats:
     """(2, 3) the corner in the projector, and its derivative by the corner in the camera."""
     height, width = correspondence.mask.shape
     low = np.maximum(np.ceil(corner - reach), 0).astype(int)
@@ -143,9 +164,21 @@ def _carried(corner: Floats, correspondence: Correspondence, reach: float) -> Fl
     rows, columns = np.nonzero(correspondence.mask[window])
     if len(rows) < _LEAST_PIXELS or correspondence.v_px is None:
         return np.full((2, 3), np.nan)
-    offset = np.stack([columns + low[0], rows + low[1]], axis=-1) - corner
+    at = np.stack([columns + low[0], rows + low[1]], axis=-1).astype(float)
     seen = np.stack([correspondence.u_px[window], correspondence.v_px[window]], axis=-1)
-    return _homography_at_origin(offset / reach, seen[rows, columns].astype(float)) / (1.0, reach, reach)
+    lit = seen[rows, columns].astype(float)
+    if lenses is None:
+        return _homography_at_origin((at - corner) / reach, lit) / (1.0, reach, reach)
+    camera, projector = lenses.camera, lenses.projector
+    middle = camera.straight(corner)
+    offset = (camera.straight(at) - middle) / reach
+    found = _homography_at_origin(offset, projector.straight(lit)) / (1.0, reach, reach)
+
+    def moved(step: Floats) -> Floats:
+        return projector.bent(found[:, 0] + found[:, 1:] @ (camera.straight(corner + step) - middle))
+
+    across, down = (moved(step) - moved(-step) for step in 0.5 * np.eye(2))
+    return np.stack([moved(np.zeros(2)), across, down], axis=-1)
 
 
 def _homography_at_origin(xy: Floats, uv: Floats) -> Floats:

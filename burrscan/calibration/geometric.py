@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cv2
 import numpy as np
 
-from burrscan.arrays import Floats, freeze
+from burrscan.arrays import Floats, Image, freeze
 from burrscan.calibration.adjust import Adjusted, Start, adjust, composed
-from burrscan.calibration.board import Board, BoardView
+from burrscan.calibration.board import Board, BoardView, board_view
+from burrscan.correspondence import Correspondence
 from burrscan.errors import InputError
 from burrscan.rig import Rig, View
 
@@ -75,6 +78,54 @@ class Calibration:
         return np.where(variance >= 0.0, np.sqrt(np.maximum(variance, 0.0)), np.inf)
 
 
+def calibrate_captures(
+    captures: Sequence[tuple[str, Image, Correspondence]],
+    board: Board,
+    *,
+    camera: tuple[int, int],
+    projector: tuple[int, int],
+    distortion: int = 4,
+) -> tuple[Calibration, tuple[str, ...]]:
+    """Calibrate a rig from captures of a board, twice: the second time the corners know the lenses.
+
+    Parameters
+    ----------
+    captures
+        Name, white picture (h, w) and correspondence with columns and rows, one per pose.
+    board
+        What they show.
+    camera, projector, distortion
+        See :func:`calibrate`.
+
+    Returns
+    -------
+    The calibration, and why captures were left out: one bad one among many is no reason to stop.
+
+    Raises
+    ------
+    InputError
+        As :func:`calibrate`.
+
+    """
+    views, usable, left_out = [], [], []
+    for name, white, correspondence in captures:
+        try:
+            views.append(board_view(name, white, correspondence, board))
+            usable.append((name, white, correspondence))
+        except InputError as error:
+            left_out.append(str(error))
+    if len(views) < FEWEST_VIEWS:
+        raise InputError("\n".join([*(f"left out: {why}" for why in left_out), _too_few(len(views))]))
+    fit = partial(calibrate, board=board, camera=camera, projector=projector, distortion=distortion)
+    lenses = fit(views).rig
+    again = [board_view(*capture, board, lenses=lenses) for capture in usable]
+    return fit(again), tuple(left_out)
+
+
+def _too_few(views: int) -> str:
+    return f"{views} view(s) of the board: at least {FEWEST_VIEWS} at different tilts are needed"
+
+
 def calibrate(
     views: list[BoardView],
     board: Board,
@@ -106,9 +157,7 @@ def calibrate(
     if distortion not in _FIXED:
         raise InputError(f"distortion of {distortion} coefficients: known are {', '.join(map(str, _FIXED))}")
     if len(views) < FEWEST_VIEWS:
-        raise InputError(
-            f"{len(views)} view(s) of the board: at least {FEWEST_VIEWS} at different tilts are needed"
-        )
+        raise InputError(_too_few(len(views)))
     start = _start(views, board, camera, projector, distortion)
     found = adjust(views, board, start)
     names = tuple(
