@@ -21,7 +21,7 @@ from bench.axis.table import Row, axis_table
 from burrscan.axis import METHODS
 
 HEADS = ("method", "arc deg", "sigma mm", "median deg", "bound deg", "off", "95 % hold", "ms")
-WIDTHS = (20, 8, 9, 11, 10, 10, 10, 8)
+WIDTHS = (20, 8, 9, 11, 10, 10, 14, 8)
 
 
 def main() -> None:
@@ -44,7 +44,9 @@ def main() -> None:
 
 def cells(row: Row) -> tuple[str, ...]:
     """A row as it is printed."""
-    held = "–" if math.isnan(row.coverage) else f"{100.0 * row.coverage:.0f} %"
+    held = (
+        "–" if math.isnan(row.coverage) else f"{100 * row.coverage:.1f} ± {100 * row.coverage_within:.1f} %"
+    )
     return (
         row.method,
         f"{row.arc_deg:g}",

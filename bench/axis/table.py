@@ -43,6 +43,8 @@ class Row:
         Runs further off than :data:`OFF_DEG`; a run without an answer counts.
     coverage
         Share of the stated 95 % intervals of tilt and offset that hold; NaN where none are stated.
+    coverage_within
+        Half the 95 % interval of that share, from its spread over the runs (one run's four are related).
     seconds
         Median processor time, the first run (which compiles) left out.
 
@@ -56,6 +58,7 @@ class Row:
     bound_deg: float
     off: int
     coverage: float
+    coverage_within: float
     seconds: float
 
 
@@ -87,9 +90,17 @@ def _row(
         float(np.median(errors)),
         cramer_rao_deg(profile, arc_deg=arc_deg, sigma_mm=sigma_mm, shape=shape),
         int(np.sum(np.array(errors) > OFF_DEG)),
-        float(np.mean(inside)) if inside else float("nan"),
+        *_share(inside),
         float(np.median(seconds[1:] or seconds)),
     )
+
+
+def _share(inside: list[Bools]) -> tuple[float, float]:
+    """Share of all that hold, and half its 95 % interval."""
+    if not inside:
+        return float("nan"), float("nan")
+    each = np.mean(inside, axis=1)
+    return float(each.mean()), float(1.96 * each.std() / np.sqrt(len(each)))
 
 
 def _found(scan: RevolutionScan, method: str) -> Axis | None:
