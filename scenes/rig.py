@@ -33,8 +33,9 @@ class DeviceSpec:
     distortion
         ``k1, k2, p1, p2, k3`` as OpenCV defines them.
     aperture_mm
-        Diameter of the lens's pupil: what is out of focus blurs. 0, the default, is a pinhole, which stock
-        Mitsuba can render too; a camera at f/8 with 16 mm has 2, a projector's lens about 6.
+        Diameter of the thin lens's pupil (Potmesil & Chakravarty 1982): what is out of focus blurs, shadows
+        get a penumbra. 0, the default, is a pinhole, which stock Mitsuba can render too; a camera at f/8 with
+        16 mm has 2, a projector's lens about 6.
     focus_mm
         Distance in focus; the rig's standoff by default.
 
