@@ -13,6 +13,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Floats, Floats32, Levels
 from burrscan.devices import ProjectorSheet
+from burrscan.scan.matched import turns_of
 from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
 
@@ -43,74 +44,91 @@ def light_bias_px(
     """
     levels = np.ascontiguousarray(np.moveaxis(shown.frames, 0, -1))
     bias: Floats32 = _bias(
-        u_px.astype(np.float64),
-        v_px.astype(np.float64),
-        _slopes(u_px),
-        _slopes(v_px),
+        u_px,
+        v_px,
         levels,
-        sheet.light,
+        sheet.light.astype(np.float32),
         2.0 * np.pi * code.per_column,
         2.0 * np.pi * code.per_row,
     )
     return bias
 
 
-def _slopes(values: Floats | Floats32) -> Floats32:
-    """(2, h, w) change per row and per column, 0 where unknown, bounded at jumps."""
-    per_row, per_column = np.gradient(values)
-    slopes = np.nan_to_num(np.stack([per_row, per_column]).astype(np.float32))
-    bounded: Floats32 = np.clip(slopes, -_LONGEST_STEP_PX, _LONGEST_STEP_PX)
-    return bounded
+@njit(cache=True, nogil=True)
+def _slope(values: Floats32, r: int, c: int, dr: int, dc: int) -> float:
+    """Change per row (dr, dc = 1, 0) or column (0, 1) at a pixel, 0 where unknown, bounded at jumps."""
+    height, width = values.shape
+    r0, c0 = max(r - dr, 0), max(c - dc, 0)
+    r1, c1 = min(r + dr, height - 1), min(c + dc, width - 1)
+    apart = max(r1 - r0 + c1 - c0, 1)
+    slope = float(values[r1, c1] - values[r0, c0]) / apart
+    if not np.isfinite(slope):
+        return 0.0
+    return min(max(slope, -_LONGEST_STEP_PX), _LONGEST_STEP_PX)
 
 
 @njit(cache=True, parallel=True, nogil=True)
 def _bias(
-    u_px: Floats,
-    v_px: Floats,
-    du: Floats32,
-    dv: Floats32,
+    u_px: Floats32,
+    v_px: Floats32,
     levels: Levels,
-    light: Floats,
+    light: Floats32,
     f: Floats,
     g: Floats,
 ) -> Floats32:
     height, width = u_px.shape
     rows, columns, frames = levels.shape
-    steps = frames // len(f)
+    turns = turns_of(frames // len(f))
     out = np.full((height, width), np.nan, np.float32)
     for r in prange(height):
-        seen = np.empty(frames)
+        seen = np.empty(frames, np.float32)
         for c in range(width):
-            u0, v0 = u_px[r, c], v_px[r, c]
+            u0, v0 = float(u_px[r, c]), float(v_px[r, c])
             if not (np.isfinite(u0) and np.isfinite(v0)):
                 continue
-            seen[:] = 0.0
+            # the loop's own index is unsigned
+            y, x = np.int64(r), np.int64(c)
+            du_down, du_across = _slope(u_px, y, x, 1, 0), _slope(u_px, y, x, 0, 1)
+            dv_down, dv_across = _slope(v_px, y, x, 1, 0), _slope(v_px, y, x, 0, 1)
+            seen[:] = np.float32(0.0)
             for dy in (-_GAUSS, _GAUSS):
                 for dx in (-_GAUSS, _GAUSS):
-                    u = min(max(u0 + dy * du[0, r, c] + dx * du[1, r, c], 0.0), columns - 1.001)
-                    v = min(max(v0 + dy * dv[0, r, c] + dx * dv[1, r, c], 0.0), rows - 1.001)
-                    x, y = int(u), int(v)
-                    s, t = u - x, v - y
-                    w00, w01, w10, w11 = (1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s
-                    for i in range(frames):
-                        seen[i] += (
-                            w00 * light[levels[y, x, i]]
-                            + w01 * light[levels[y, x + 1, i]]
-                            + w10 * light[levels[y + 1, x, i]]
-                            + w11 * light[levels[y + 1, x + 1, i]]
-                        )
-            auu, auv, avv, bu, bv = 0.0, 0.0, 0.0, 0.0, 0.0
-            for j in range(len(f)):
-                a, b = 0.0, 0.0
-                turn = f[j] * u0 + g[j] * v0
-                for n in range(steps):
-                    a += seen[j * steps + n] * np.cos(2.0 * np.pi * n / steps - turn)
-                    b += seen[j * steps + n] * np.sin(2.0 * np.pi * n / steps - turn)
-                # the same fit of column and row as the reading's
-                auu += f[j] * f[j]
-                auv += f[j] * g[j]
-                avv += g[j] * g[j]
-                bu += f[j] * np.arctan2(b, a)
-                bv += g[j] * np.arctan2(b, a)
-            out[r, c] = (avv * bu - auv * bv) / (auu * avv - auv * auv)
+                    u = min(max(u0 + dy * du_down + dx * du_across, 0.0), columns - 1.001)
+                    v = min(max(v0 + dy * dv_down + dx * dv_across, 0.0), rows - 1.001)
+                    _add_light(levels, light, u, v, seen)
+            out[r, c] = _shift(seen, turns, f, g, u0, v0)
     return out
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _add_light(levels: Levels, light: Floats32, u: float, v: float, seen: Floats32) -> None:
+    """Add each frame's light at a point, interpolated between four projector pixels."""
+    x, y = int(u), int(v)
+    s, t = np.float32(u - x), np.float32(v - y)
+    one = np.float32(1.0)
+    w00, w01, w10, w11 = (one - t) * (one - s), (one - t) * s, t * (one - s), t * s
+    for i in range(len(seen)):
+        upper = w00 * light[levels[y, x, i]] + w01 * light[levels[y, x + 1, i]]
+        lower = w10 * light[levels[y + 1, x, i]] + w11 * light[levels[y + 1, x + 1, i]]
+        seen[i] += upper + lower
+
+
+@njit(cache=True, nogil=True)
+def _shift(seen: Floats32, turns: Floats, f: Floats, g: Floats, u: float, v: float) -> float:
+    """Column at which the light was seen, less ``u``, by the same fit of column and row as the reading's."""
+    steps = turns.shape[1]
+    auu, auv, avv, bu, bv = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(len(f)):
+        a, b = 0.0, 0.0
+        for n in range(steps):
+            a += seen[j * steps + n] * turns[0, n]
+            b += seen[j * steps + n] * turns[1, n]
+        turn = f[j] * u + g[j] * v
+        cosine, sine = np.cos(turn), np.sin(turn)
+        apart = np.arctan2(b * cosine - a * sine, a * cosine + b * sine)
+        auu += f[j] * f[j]
+        auv += f[j] * g[j]
+        avv += g[j] * g[j]
+        bu += f[j] * apart
+        bv += g[j] * apart
+    return (avv * bu - auv * bv) / (auu * avv - auv * auv)
