@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from burrscan.captures.folder import FolderScanner
 from burrscan.correspondence import Scan
 from burrscan.devices import CameraSheet, ProjectorSheet
@@ -101,7 +103,8 @@ def refuse_dark(scanner: FolderScanner, folder: Path) -> None:
 
     """
     camera = scanner.camera
-    floor = camera.black_level_dn + _NOISES * (camera.gain_dn_per_e * camera.read_noise_e + 0.5)
+    noise = float(camera.noise_dn(np.array(camera.black_level_dn)))
+    floor = camera.black_level_dn + _NOISES * (noise + 0.5)
     brightest = 0
     for shot in scanner.shots:
         image = scanner.image(shot)

@@ -145,7 +145,7 @@ def _cells(images: Image, camera: CameraSheet, cell_px: int) -> Floats32:
     both = images[-2].astype(np.int32) + images[-1]
     pairs = np.empty((2 * len(bits), *both.shape), np.uint16)
     pairs[0::2] = bits
-    pairs[1::2] = np.maximum(both - bits, 0)
+    pairs[1::2] = np.clip(both - bits, 0, 65_535)
     # the stand-in has three pictures' noise
     cell, other = decode_gray(pairs, camera=camera, doubtful_z=_DOUBT_Z)
     known = (other >= 0) & (np.abs(cell - other) <= 1)
