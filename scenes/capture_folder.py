@@ -30,7 +30,7 @@ def write_capture(
     folder: Path,
     *,
     seed: int = 0,
-    scan: str = "adaptive",
+    scan: str | None = None,
     cache_dir: Path | None = None,
     sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
 ) -> Path:
@@ -45,7 +45,7 @@ def write_capture(
     seed
         Of the noise.
     scan
-        The scanning strategy that chooses the patterns.
+        The scanning strategy that chooses the patterns; ``adaptive`` by default, ``colour`` in colour.
     cache_dir
         Where traced transports are kept.
     sheets
@@ -62,9 +62,10 @@ def write_capture(
 
     """
     with written_folder(folder) as beside:
-        strategy = resolve(scan, METHODS, stage="scan")
+        method = scan or ("colour" if scene.channels == "rgb" else "adaptive")
+        strategy = resolve(method, METHODS, stage="scan")
         simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
-        _write(simulation, strategy, beside, ScanDocument(scan), sheets)
+        _write(simulation, strategy, beside, ScanDocument(method), sheets)
     return folder
 
 

@@ -75,7 +75,7 @@ class ColourScanner(SimulatedScanner):
                 _mixed(received, row),
                 camera=self._scene.camera,
                 exposure_ms=exposure_ms,
-                identity=(*self._identity, channel),
+                identity=(*self._identity, channel + 1),  # a trailing 0 would be the grey scanner's
                 first_frame=first,
             )
             for channel, row in enumerate(mix)

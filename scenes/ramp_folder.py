@@ -65,7 +65,7 @@ class RampRig:
 
     @property
     def camera_mix(self) -> Floats:
-        """(channels, bands); a scene without crosstalk has one channel."""
+        """(channels, bands)."""
         return self._mix(self.scene.camera.crosstalk)
 
     @property
@@ -75,8 +75,9 @@ class RampRig:
 
     @property
     def channels(self) -> int:
-        """One, or three in a scene with crosstalk on either side."""
-        return 3 if self.scene.camera.crosstalk or self.scene.projector.crosstalk else 1
+        """One, or three in a scene in colour or with crosstalk on either side."""
+        mixed = self.scene.camera.crosstalk or self.scene.projector.crosstalk
+        return 3 if mixed or self.scene.channels == "rgb" else 1
 
     def _mix(self, crosstalk: tuple[tuple[float, ...], ...]) -> Floats:
         return np.array(crosstalk) if crosstalk else np.eye(self.channels)

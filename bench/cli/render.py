@@ -34,7 +34,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="a scene's name, or the path of a TOML file")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="the folder to write")
-    parser.add_argument("--scan", metavar="METHOD", default="adaptive", help="strategy (default: adaptive)")
+    parser.add_argument("--scan", metavar="METHOD", help="strategy (default: adaptive, or colour)")
     parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the noise (default: 0)")
     parser.add_argument("--sheets", metavar="FILE", type=Path, help="what the scanner is told of its devices")
     instead = parser.add_mutually_exclusive_group()

@@ -82,6 +82,8 @@ def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folde
 
 
 def _bound_px(simulation: Simulation, scanner: WatchedScanner) -> Floats32 | None:
-    """The bound of what was shown; None where stock Mitsuba renders, which traces no transport."""
+    """The bound of what was shown; None in colour, and where stock Mitsuba renders, which traces nothing."""
     light = simulation.light
-    return bound_px(light, simulation.scene, scanner.shots) if isinstance(light, LightTransport) else None
+    if simulation.bands or not isinstance(light, LightTransport):
+        return None
+    return bound_px(light, simulation.scene, scanner.shots)

@@ -122,7 +122,7 @@ class ScanDocument:
 
 @dataclass(frozen=True)
 class CaptureDocument:
-    """``capture.json``; ``scan`` is absent where the strategy is not known."""
+    """``capture.json``; ``scan`` is absent where the strategy is not known, ``channels`` where it is grey."""
 
     __pydantic_config__ = STRICT
 
@@ -132,3 +132,4 @@ class CaptureDocument:
     projector: ProjectorDocument
     shots: Annotated[tuple[Shot, ...], Field(min_length=1)]
     scan: ScanDocument | None = None
+    channels: Literal["mono", "rgb"] = "mono"

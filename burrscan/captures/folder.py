@@ -11,7 +11,7 @@ import numpy as np
 
 from burrscan.arrays import Image
 from burrscan.captures.document import CaptureDocument, RigDocument, ScanDocument, Shot
-from burrscan.captures.png import check_depth, read_grey
+from burrscan.captures.png import check_depth, read_colour, read_grey
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
@@ -56,6 +56,7 @@ class FolderScanner:
             self._document.projector.sheet(),
         )
         self._asked: Counter[tuple[str, float]] = Counter()
+        self._read_png = read_colour if self._document.channels == "rgb" else read_grey
 
     @property
     def rig(self) -> Rig:
@@ -88,7 +89,7 @@ class FolderScanner:
         return sum(self._asked.values())
 
     def image(self, shot: Shot) -> Image:
-        """What the camera saw in a shot, (h, w) DN.
+        """What the camera saw in a shot, (h, w) DN; (h, w, 3) in colour.
 
         Raises
         ------
@@ -101,7 +102,7 @@ class FolderScanner:
         return image
 
     def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
-        """Find the pictures that were taken of ``patterns``, (F, h, w) DN.
+        """Find the pictures that were taken of ``patterns``, (F, h, w) DN; (F, h, w, 3) in colour.
 
         The n-th request for a name at an exposure gets the n-th shot of it.
 
@@ -142,8 +143,8 @@ class FolderScanner:
         return f"{self._folder}: no shot '{name}'; the capture begins with {names}, ..."
 
     def _read(self, relative: str, view: View) -> Image:
-        image = read_grey(self._folder / relative)
-        if image.shape != view.shape:
+        image = self._read_png(self._folder / relative)
+        if image.shape[:2] != view.shape:
             raise InputError(
                 f"{self._folder / relative}: {image.shape[1]}×{image.shape[0]} pixels, but rig.json says "
                 f"{view.width}×{view.height}"

@@ -10,7 +10,7 @@ from pathlib import Path
 from burrscan.arrays import Image
 from burrscan.captures.document import ScanDocument, Shot
 from burrscan.captures.folder import write_rig
-from burrscan.captures.png import write_grey
+from burrscan.captures.png import write_colour, write_grey
 from burrscan.captures.sheets import sheet_tables
 from burrscan.files import written_whole
 from burrscan.scanner import PassThrough, Patterns, Scanner
@@ -35,6 +35,7 @@ class RecordingScanner(PassThrough):
         self._folder = folder
         self._scan = scan
         self._shots: list[Shot] = []
+        self._in_colour = False
         for part in ("patterns", "images"):
             (folder / part).mkdir(parents=True, exist_ok=True)
 
@@ -44,8 +45,10 @@ class RecordingScanner(PassThrough):
         for name, frame, image in zip(patterns.names, patterns.frames, images, strict=True):
             file = f"{len(self._shots):04d}.png"
             shot = Shot(name, exposure_ms, f"patterns/{file}", f"images/{file}")
-            write_grey(self._folder / shot.pattern, frame)
-            write_grey(self._folder / shot.image, image)
+            write = write_grey if frame.ndim == 2 else write_colour
+            self._in_colour = frame.ndim == 3
+            write(self._folder / shot.pattern, frame)
+            write(self._folder / shot.image, image)
             self._shots.append(shot)
         return images
 
@@ -58,6 +61,8 @@ class RecordingScanner(PassThrough):
             **sheet_tables(self.camera, self.projector),
             "shots": [asdict(shot) for shot in self._shots],
         }
+        if self._in_colour:
+            document["channels"] = "rgb"
         if self._scan is not None:
             document["scan"] = asdict(replace(self._scan, version=metadata.version("burrscan")))
         with written_whole(self._folder / "capture.json") as beside:

@@ -89,8 +89,8 @@ def mixing_of(camera: CameraSheet, projector: ProjectorSheet, *, own: Floats) ->
 
     """
     c, p = (_square(sheet.crosstalk) for sheet in (camera, projector))
-    plain = np.diag(c @ p)
-    return Mixing(c @ np.diag(own / plain) @ p)
+    colour = np.linalg.solve(c * p.T, own)  # own_k = Σ_b C[k, b] P[b, k] g_b
+    return Mixing(c @ np.diag(colour) @ p)
 
 
 def _square(crosstalk: tuple[tuple[float, ...], ...]) -> Floats:
