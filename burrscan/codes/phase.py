@@ -121,10 +121,10 @@ def phase_row(
     steps = len(images)
     sums[:] = np.float32(0.0)
     for n in range(steps):
-        _add_wave(images[n, r], waves[0, n], waves[1, n], sums[0], sums[1])
-        _add_light(images[n, r], sums[2], sums[3])
+        add_wave(images[n, r], waves[0, n], waves[1, n], sums[0], sums[1])
+        add_light(images[n, r], sums[2], sums[3])
         # second harmonics of the values: what shot noise, proportional to the light, needs
-        _add_wave(images[n, r], waves[2, n], waves[3, n], sums[4], sums[5])
+        add_wave(images[n, r], waves[2, n], waves[3, n], sums[4], sums[5])
     _turns_of(sums[0], sums[1], planes[0])
     _sigma_of(sums[0], sums[1], sums[2], sums[4], sums[5], np.float32(steps), sheet, planes[1])
     _size_of(sums[0], sums[1], np.float32(steps), planes[2])
@@ -134,7 +134,8 @@ def phase_row(
 
 
 @njit(cache=True, nogil=True)
-def _add_wave(row: Image, cosine: np.float32, sine: np.float32, a: Floats32, b: Floats32) -> None:
+def add_wave(row: Image, cosine: np.float32, sine: np.float32, a: Floats32, b: Floats32) -> None:
+    """Add a row of values times a step's cosine and sine."""
     for c in range(len(row)):
         value = np.float32(row[c])
         a[c] += value * cosine
@@ -142,7 +143,8 @@ def _add_wave(row: Image, cosine: np.float32, sine: np.float32, a: Floats32, b: 
 
 
 @njit(cache=True, nogil=True)
-def _add_light(row: Image, total: Floats32, peak: Floats32) -> None:
+def add_light(row: Image, total: Floats32, peak: Floats32) -> None:
+    """Add a row of values, and carry the highest."""
     for c in range(len(row)):
         value = np.float32(row[c])
         total[c] += value

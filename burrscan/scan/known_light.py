@@ -61,10 +61,11 @@ def _slope(values: Floats32, r: int, c: int, dr: int, dc: int) -> float:
     r0, c0 = max(r - dr, 0), max(c - dc, 0)
     r1, c1 = min(r + dr, height - 1), min(c + dc, width - 1)
     apart = max(r1 - r0 + c1 - c0, 1)
-    slope = float(values[r1, c1] - values[r0, c0]) / apart
+    slope: float = (values[r1, c1] - values[r0, c0]) / apart
     if not np.isfinite(slope):
         return 0.0
-    return min(max(slope, -_LONGEST_STEP_PX), _LONGEST_STEP_PX)
+    bounded: float = min(max(slope, -_LONGEST_STEP_PX), _LONGEST_STEP_PX)
+    return bounded
 
 
 @njit(cache=True, parallel=True, nogil=True)

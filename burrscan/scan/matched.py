@@ -18,8 +18,10 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.codes.phase import add_light, add_wave
 from burrscan.devices import CameraSheet
 from burrscan.rig import Rig
+from burrscan.scan.circle import cosine_sine
 from burrscan.scan.epipolar import epipolar_nodes
 from burrscan.scan.stripes import Stripes
 
@@ -149,8 +151,9 @@ def _read(
     for r in prange(height):
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
+        sums = _row_sums(images, r, turns)
         for c in range(width):
-            mean, usable = phasors(images, r, c, sheet, turns, z, variance)
+            mean, usable = _phasors_of(sums, c, sheet, turns.shape[1], z, variance)
             clipped[r, c] = usable < len(f)
             if usable < LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
@@ -228,8 +231,10 @@ def _sure(
     turned, turn = np.empty_like(z), np.empty_like(z)
     for j in range(len(z)):
         angle, step = f[j] * at + g[j] * row, (f[j] + g[j] * slope) * _GRID_PX
-        turned[j] = z[j] * complex(np.cos(angle), -np.sin(angle)) / (variance[j] + unknown)
-        turn[j] = complex(np.cos(step), -np.sin(step))
+        c, d = cosine_sine(angle)
+        turned[j] = z[j] * complex(c, -d) / (variance[j] + unknown)
+        c, d = cosine_sine(step)
+        turn[j] = complex(c, -d)
     best, u = 0.0, np.nan
     for i in range(2 * _NEAR_STEPS + 1):
         total = 0.0
@@ -253,6 +258,42 @@ def turns_of(steps: int) -> Floats:
     """Cosines and sines (2, steps) of the steps."""
     angles = 2.0 * np.pi * np.arange(steps) / steps
     return np.stack((np.cos(angles), np.sin(angles)))
+
+
+@njit(cache=True, nogil=True)
+def _row_sums(images: Image, r: int, turns: Floats) -> Floats32:
+    """A row's sums (4, K, w) over each frequency's steps: by cosine, by sine, plain, and the highest value.
+
+    Each frame is read once, in order.
+    """
+    steps = turns.shape[1]
+    count = images.shape[0] // steps
+    sums = np.zeros((4, count, images.shape[2]), np.float32)
+    for j in range(count):
+        for n in range(steps):
+            row = images[j * steps + n, r]
+            add_wave(row, np.float32(turns[0, n]), np.float32(turns[1, n]), sums[0, j], sums[1, j])
+            add_light(row, sums[2, j], sums[3, j])
+    return sums
+
+
+@njit(cache=True, nogil=True)
+def _phasors_of(
+    sums: Floats32, c: int, sheet: Floats, steps: int, z: Complexes, variance: Floats
+) -> tuple[float, int]:
+    """:func:`phasors` of a pixel from its row's sums."""
+    black, gain, floor, saturation = sheet
+    usable, total = 0, 0.0
+    for j in range(len(z)):
+        z[j] = complex(sums[0, j, c], sums[1, j, c]) * (2.0 / steps)
+        light = sums[2, j, c] / steps - black
+        variance[j] = (gain * max(light, 0.0) + floor) * (2.0 / steps)
+        if sums[3, j, c] < saturation:
+            usable += 1
+            total += light
+        else:
+            variance[j] = np.inf
+    return total / max(usable, 1), usable
 
 
 @njit(cache=True, nogil=True)
@@ -304,17 +345,31 @@ def _mean_ratio(variance: Floats, unknown: float) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _median(values: Floats) -> float:
+    """The median of a few values, which are left sorted (by insertion)."""
+    count = len(values)
+    for i in range(1, count):
+        one, j = values[i], i
+        while j > 0 and values[j - 1] > one:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = one
+    median: float = 0.5 * (values[(count - 1) // 2] + values[count // 2])
+    return median
+
+
+@njit(cache=True, nogil=True)
 def _indirect(z: Complexes, variance: Floats, mean: float, dark: float) -> float:
     """Light at full white that neither the median modulation nor the dark nor noise explains."""
     size = np.empty(len(z))
     noise = 0.0
     usable = 0
     for j in range(len(z)):
-        size[j] = abs(z[j])
+        size[j] = np.sqrt(z[j].real ** 2 + z[j].imag ** 2)
         if variance[j] < np.inf:
             usable += 1
             noise += variance[j]
-    beyond: float = max(2.0 * (mean - dark - np.median(size)) - 4.0 * np.sqrt(noise / usable), 0.0)
+    beyond: float = max(2.0 * (mean - dark - _median(size)) - 4.0 * np.sqrt(noise / usable), 0.0)
     return beyond
 
 
@@ -356,10 +411,10 @@ def _search(  # noqa: C901 (a kernel)
         for j in range(count):
             angle = f[j] * start + g[j] * (v0 + slope * (start - u0))
             step = (f[j] + g[j] * slope) * _GRID_PX
-            c, d = np.cos(angle), np.sin(angle)
+            c, d = cosine_sine(angle)
             re[j] = (z[j].real * c + z[j].imag * d) / variance[j]
             im[j] = (z[j].imag * c - z[j].real * d) / variance[j]
-            turn_re[j], turn_im[j] = np.cos(step), np.sin(step)
+            turn_re[j], turn_im[j] = cosine_sine(step)
         steps = min(int((stop - start) / _GRID_PX) + 1, len(sums) - n) if stop > start else 0
         _sweep(re, im, turn_re, turn_im, sums[n : n + steps])
         for i in range(steps):
@@ -403,7 +458,8 @@ def _fit(
         s, w = 0.0, 0.0
         for j in range(len(z)):
             angle = f[j] * u + g[j] * v
-            turned[j] = z[j] * complex(np.cos(angle), -np.sin(angle))
+            c, d = cosine_sine(angle)
+            turned[j] = z[j] * complex(c, -d)
             s += turned[j].real / variance[j]
             w += 1.0 / variance[j]
         amplitude = s / w
