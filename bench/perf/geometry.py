@@ -37,9 +37,9 @@ SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
 """Millions of triangles."""
 SIGMAS_MM = (0.05, 0.2, 1.0)
 START_DEG = 8.0
-THRESHOLDS_MM = (0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0)
+THRESHOLDS_MM = (0.2, 0.6, 2.0, 6.0)
 """Tried for the peer that needs one."""
-TUNING_SEEDS = (901, 902, 903, 904, 905)
+TUNING_SEEDS = (901, 902, 903)
 SAMPLE = 5000
 """Points given to the peers whose cost per point is high."""
 
