@@ -16,6 +16,7 @@ from burrscan.calibration.board import Board, BoardView, find_corners, projector
 from burrscan.calibration.corners import refined
 from burrscan.calibration.geometric import Calibration, calibrate
 from burrscan.captures.png import read_grey
+from burrscan.rig import View
 from scenes.board import board_poses
 from scenes.rig import DeviceSpec, RigSpec
 from tests.burrscan.boards import drawn_board
@@ -189,3 +190,24 @@ def test_sigma_follows_the_number_of_views() -> None:
     assert (
         stats.chi2.sf(float(np.sum(((many.values - parameters(true_rig(), 4)) / many.sigma) ** 2)), 22) > 1e-9
     )
+
+
+def test_edges_along_the_raster_do_not_lock_to_it() -> None:
+    """A sharp edge between columns is cut at the same place by all its pixels: their box is in the model."""
+    view = View(128, 104, 400.0, 400.0, 63.5, 51.5)
+    board = Board(5, 4, 20.0)
+    image, truth = drawn_board(board, noise=0.0, seed=0, view=view, tilt_deg=(0.0, 25.0, 0.5), fine=24)
+    found = find_corners(image, board)
+    assert found is not None
+    assert distance_px(found, truth) < 0.006
+
+
+def test_a_known_lens_straightens_edges() -> None:
+    view = View(320, 256, 686.0, 686.0, 159.5, 127.5, (-0.3, 0.1, 0.0, 0.0, 0.0))
+    image, truth = drawn_board(BOARD, noise=0.0, seed=0, view=view)
+    bent, straight = find_corners(image, BOARD), find_corners(image, BOARD, lens=view)
+    assert bent is not None
+    assert straight is not None
+    assert distance_px(straight, truth) < 0.003 < distance_px(bent, truth)
+    pixels = view.pixel_grid()[::50, ::50]
+    assert view.bent(view.straight(pixels)) == pytest.approx(pixels, abs=1e-6)
