@@ -11,7 +11,7 @@ without its variance term, below a percent here), and the bound is the square ro
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,9 @@ from burrscan.arrays import Floats, Floats32, Image, Ints
 from burrscan.devices import ProjectorSheet
 from burrscan.scanner import PassThrough, Patterns, Scanner
 from scenes.scene import SceneSpec
-from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.matrix import LightTransport
+from scenes.transport.rows import SparseRows, empty_rows
+from scenes.transport.tiles import no_tiles
 
 _FRAMES_AT_ONCE = 12
 _DERIVATIVE = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
@@ -74,7 +76,8 @@ def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, 
     height, width = light.camera_shape
     rows = np.arange(0, height, every)
     pixels = (rows[:, None] * width + np.arange(width)).ravel()
-    direct, indirect = (_part(part, light, pixels) for part in (light.direct, light.indirect))
+    direct = _direct_of(light, pixels)
+    indirect = replace(light, direct=empty_rows(height * width))
     steady = light.ambient.ravel()[pixels].astype(float) * scene.light.ambient
     fisher = np.zeros((6, len(pixels)))
     for shone, slope, exposure_ms in _chunks(shots, scene.projector.sheet):
@@ -82,7 +85,7 @@ def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, 
             fisher,
             direct.relight(shone),
             direct.relight(slope),
-            indirect.relight(shone),
+            indirect.relight(shone)[:, rows].reshape(len(shone), 1, -1),
             steady=steady,
             scene=scene,
             exposure_ms=exposure_ms,
@@ -92,15 +95,16 @@ def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, 
     return bound
 
 
-def _part(part: SparseRows, light: LightTransport, pixels: Ints) -> LightTransport:
-    """A transport of some camera pixels (in one row) and one kind of light alone."""
+def _direct_of(light: LightTransport, pixels: Ints) -> LightTransport:
+    """The direct light alone of some camera pixels, in one row."""
+    part = light.direct
     counts = (part.starts[1:] - part.starts[:-1])[pixels]
     starts = np.concatenate([[0], np.cumsum(counts)])
     taken = np.repeat(part.starts[:-1][pixels] - starts[:-1], counts) + np.arange(starts[-1])
     some = SparseRows(starts, part.columns[taken], part.values[taken])
-    none = SparseRows(np.zeros_like(starts), part.columns[:0], part.values[:0])
-    nan = np.full((1, len(pixels)), np.nan, np.float32)
-    return LightTransport((1, len(pixels)), light.projector_shape, some, none, nan, nan, nan, nan)
+    shape = (1, len(pixels))
+    nan = np.full(shape, np.nan, np.float32)
+    return LightTransport(shape, light.projector_shape, some, no_tiles(shape), nan, nan, nan, nan)
 
 
 def _chunks(shots: Sequence[Shot], sheet: ProjectorSheet) -> Iterator[tuple[Floats32, Floats32, float]]:

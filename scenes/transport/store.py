@@ -11,16 +11,20 @@ from pathlib import Path
 import numpy as np
 
 from burrscan.files import written_whole
-from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.matrix import LightTransport
+from scenes.transport.rows import SparseRows
+from scenes.transport.tiles import SIDES, TiledRows
 
-TRANSPORT_VERSION = 5
+TRANSPORT_VERSION = 6
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
 FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"
 """Names the folder of stored transports; ``off`` keeps none."""
 
 _LIMIT_BYTES = 4 << 30
-_PARTS = ("direct", "indirect")
+_TILES = tuple(f"tiles{side}" for side in SIDES)
+_PARTS = ("direct", *_TILES)
+_NAMES = ("starts", "columns", "values")
 _IMAGES = ("ambient", "u_px", "v_px", "spread_px")
 
 
@@ -76,22 +80,23 @@ def _forget_oldest(folder: Path, limit_bytes: int) -> None:
 
 def _read(path: Path) -> LightTransport:
     with np.load(path) as file:
-        rows = [SparseRows(*(file[f"{part}_{name}"] for name in _names())) for part in _PARTS]
+        rows = {part: SparseRows(*(file[f"{part}_{name}"] for name in _NAMES)) for part in _PARTS}
         camera, projector = (tuple(int(n) for n in file[f"{name}_shape"]) for name in ("camera", "projector"))
         images = {name: file[name] for name in _IMAGES}
         return LightTransport(
             camera_shape=(camera[0], camera[1]),
             projector_shape=(projector[0], projector[1]),
-            direct=rows[0],
-            indirect=rows[1],
+            direct=rows["direct"],
+            indirect=TiledRows(tuple(rows[part] for part in _TILES), file["receives"]),
             **images,
         )
 
 
 def _write(path: Path, transport: LightTransport) -> None:
     arrays = {name: getattr(transport, name) for name in _IMAGES}
-    for part in _PARTS:
-        arrays |= {f"{part}_{name}": getattr(getattr(transport, part), name) for name in _names()}
+    arrays["receives"] = transport.indirect.receives
+    for part, rows in zip(_PARTS, (transport.direct, *transport.indirect.levels), strict=True):
+        arrays |= {f"{part}_{name}": getattr(rows, name) for name in _NAMES}
     with written_whole(path) as beside:
         np.savez(
             beside,
@@ -99,7 +104,3 @@ def _write(path: Path, transport: LightTransport) -> None:
             projector_shape=transport.projector_shape,
             **arrays,
         )
-
-
-def _names() -> tuple[str, str, str]:
-    return "starts", "columns", "values"

@@ -10,12 +10,15 @@ import numpy as np
 from burrscan.arrays import Bools, Floats32, Ints, Ints32
 from scenes.transport.footprint import sample_sets
 from scenes.transport.hits import may_see
-from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
-from scenes.transport.sharing import TILE, share
-from scenes.transport.splat import group_by_pixel, response_centres, splat
+from scenes.transport.rows import SparseRows, empty_rows, stack
+from scenes.transport.sharing import receiving, share
+from scenes.transport.splat import group_by_pixel, response_centres, splat, splat_loose
+from scenes.transport.tiles import SIDES, TILE, TiledRows, no_tiles, stack_tiles, tile_grid
 
+_Samples = tuple[Ints32, Floats32, Floats32, Floats32]
 _SAMPLE_SETS = 256
 _PASS_SAMPLES = 1 << 22
 """Samples traced together: bounds the memory of a pass at a few hundred megabytes."""
@@ -25,7 +28,7 @@ class _Rows(NamedTuple):
     """Traced rows of the image."""
 
     direct: SparseRows
-    indirect: SparseRows
+    indirect: TiledRows
     ambient: Floats32
     centres: Floats32
 
@@ -93,8 +96,8 @@ def trace(
     return LightTransport(
         camera_shape=view.shape,
         projector_shape=optics.rig.projector.shape,
-        direct=_stack([part.direct for part in parts]),
-        indirect=_stack([part.indirect for part in parts]),
+        direct=stack([part.direct for part in parts]),
+        indirect=stack_tiles([part.indirect for part in parts]),
         ambient=ambient.reshape(view.shape),
         u_px=centres[0].reshape(view.shape),
         v_px=centres[1].reshape(view.shape),
@@ -115,7 +118,7 @@ def _trace_rows(
     width = optics.rig.camera.width
     size = part.pixels.size * samples
     if size == 0:
-        return _dark(part.seen.size)
+        return _dark(part.seen.shape)
     index = dr.arange(mi.UInt32, size)
     pixel = dr.gather(mi.UInt32, mi.UInt32(part.pixels), index // samples)
     pixel += dr.opaque(mi.UInt32, part.first * width)
@@ -177,9 +180,7 @@ def _collect(optics: Optics, paths: _Paths, part: _Pass, samples: int) -> _Rows:
     starts, columns, values = splat(u, v, w, offsets, shape=projector, profile=profile)
     direct = SparseRows(part.all_starts(starts), columns, values)
     light = direct.row_sums().reshape(part.seen.shape)
-    bounced = [share(*_lit_samples(lit, part, samples), direct=light) for lit in paths.bounced]
-    iu, iv, iw, ioffsets = group_by_pixel(bounced, pixels)
-    indirect = SparseRows(*splat(iu, iv, iw, ioffsets, shape=projector, profile=profile))
+    indirect = _tiled(optics, [_lit_samples(lit, part, samples) for lit in paths.bounced], light)
     ambient = np.zeros(pixels, np.float32)
     ambient[part.pixels] = paths.ambient.numpy().reshape(-1, samples).mean(axis=1)
     centres = np.full((3, pixels), np.nan, np.float32)
@@ -187,26 +188,29 @@ def _collect(optics: Optics, paths: _Paths, part: _Pass, samples: int) -> _Rows:
     return _Rows(direct, indirect, ambient, centres)
 
 
-def _dark(pixels: int) -> _Rows:
+def _tiled(optics: Optics, bounced: list[_Samples], light: Floats32) -> TiledRows:
+    """Interreflected light of one pass, shared by tiles."""
+    receives = receiving(light)
+    shared = [share(*samples, direct=light, receives=receives) for samples in bounced]
+    levels = []
+    for level, side in enumerate(SIDES):
+        rows, columns = tile_grid(light.shape, side=side)
+        u, v, w, offsets = group_by_pixel([one[level] for one in shared], rows * columns)
+        taps = splat_loose(u, v, w, offsets, shape=optics.rig.projector.shape, profile=optics.profile)
+        levels.append(SparseRows(*taps))
+    return TiledRows(tuple(levels), receives)
+
+
+def _dark(shape: tuple[int, int]) -> _Rows:
     """Rows where the camera sees nothing."""
-    none = SparseRows(np.zeros(pixels + 1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
-    return _Rows(none, none, np.zeros(pixels, np.float32), np.full((3, pixels), np.nan, np.float32))
+    pixels = shape[0] * shape[1]
+    nan = np.full((3, pixels), np.nan, np.float32)
+    return _Rows(empty_rows(pixels), no_tiles(shape), np.zeros(pixels, np.float32), nan)
 
 
-def _lit_samples(lit: Lit, part: _Pass, samples: int) -> tuple[Ints32, Floats32, Floats32, Floats32]:
+def _lit_samples(lit: Lit, part: _Pass, samples: int) -> _Samples:
     """Camera pixel, u, v and weight of the samples that carry light."""
     weight = lit.weight.numpy()
     index = np.flatnonzero(weight)
     u, v = lit.u_px.numpy()[index], lit.v_px.numpy()[index]
     return part.pixels[index // samples], u, v, weight[index] * np.float32(1.0 / samples)
-
-
-def _stack(parts: list[SparseRows]) -> SparseRows:
-    """Rows of several passes, one after the other."""
-    bases = np.cumsum([0, *(part.starts[-1] for part in parts)])
-    starts = [part.starts[:-1] + base for part, base in zip(parts, bases[:-1], strict=True)]
-    return SparseRows(
-        starts=np.concatenate([*starts, bases[-1:]]),
-        columns=np.concatenate([part.columns for part in parts]),
-        values=np.concatenate([part.values for part in parts]),
-    )

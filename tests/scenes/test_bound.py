@@ -7,7 +7,9 @@ import numpy as np
 from burrscan.scanner import Patterns
 from scenes.bound import Shot, bound_px
 from scenes.scene import scene_from
-from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.matrix import LightTransport
+from scenes.transport.rows import SparseRows
+from scenes.transport.tiles import no_tiles
 
 HEIGHT, WIDTH, FRAMES, PERIOD_PX = 8, 64, 8, 16.0
 
@@ -16,10 +18,9 @@ def point_transport() -> LightTransport:
     """Every camera pixel sees the projector pixel of the same number, and nothing else."""
     count = HEIGHT * WIDTH
     rows = SparseRows(np.arange(count + 1), np.arange(count, dtype=np.int32), np.full(count, 0.5, np.float32))
-    none = SparseRows(np.zeros(count + 1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
     zero = np.zeros((HEIGHT, WIDTH), np.float32)
     shape = HEIGHT, WIDTH
-    return LightTransport(shape, shape, rows, none, zero, zero, zero, zero)
+    return LightTransport(shape, shape, rows, no_tiles(shape), zero, zero, zero, zero)
 
 
 def sines(*, dim: float = 1.0, rows: int = HEIGHT) -> Patterns:

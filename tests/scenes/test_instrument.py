@@ -13,7 +13,9 @@ from scenes.electronics.drift import falloff, per_picture, shifted
 from scenes.rig import DeviceSpec, RigSpec
 from scenes.scanner import SimulatedScanner
 from scenes.scene import scene_from
-from scenes.transport.matrix import LightTransport, SparseRows
+from scenes.transport.matrix import LightTransport
+from scenes.transport.rows import SparseRows
+from scenes.transport.tiles import no_tiles
 
 
 def identity_scanner(*, surround: float = 0.0, **tables: Any) -> SimulatedScanner:
@@ -25,10 +27,9 @@ def identity_scanner(*, surround: float = 0.0, **tables: Any) -> SimulatedScanne
     scene = scene_from({"wheel": "cylinder", "finish": "matte", "rig": rig, **tables}, source="test")
     count = 64 * 48
     rows = SparseRows(np.arange(count + 1), np.arange(count, dtype=np.int32), np.full(count, 0.5, np.float32))
-    none = SparseRows(np.zeros(count + 1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
     blank = np.zeros((48, 64), np.float32)
     ambient = np.full((48, 64), surround, np.float32)
-    light = LightTransport((48, 64), (48, 64), rows, none, ambient, blank, blank, blank)
+    light = LightTransport((48, 64), (48, 64), rows, no_tiles((48, 64)), ambient, blank, blank, blank)
     return SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(7,))
 
 
