@@ -2,16 +2,19 @@
 
     python -m bench.perf.pipeline [--scene NAME] [--scale S] [--rounds N]
 
-The pictures are taken once; then the scan's own work on them is timed without the taking, planning of the
-next patterns included. Printed: wall and processor milliseconds (median over the rounds) of each stage, and
-what reading every frame once costs, which no decoder can undercut.
+The pictures are taken once; then the scan's own work on them is timed without the taking. Printed: wall and
+processor milliseconds (median over the rounds) of each stage; of planning, which chooses the next patterns
+while the scan runs and turns no image into geometry; of all the rest, images to mesh; and what reading every
+frame once costs, which no decoder can undercut.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -24,9 +27,9 @@ from scenes.scene import scene_document, scene_from
 from scenes.simulate import simulate
 
 _STAGES = (
-    "bracket", "plan_exposures_ms", "read", "torn", "light_bias_px", "wander_px", "fill", "epipolar_v",
-    "intensities", "patterns", "_fuse",
+    "bracket", "read", "torn", "light_bias_px", "wander_px", "believed", "_fuse", "fuse",
 )  # fmt: skip
+_PLANNING = ("plan_exposures_ms", "fill", "epipolar_v", "intensities", "patterns")
 Times = dict[str, list[tuple[float, float]]]
 
 
@@ -65,14 +68,24 @@ def main() -> None:
     tape = Tape(simulate(scene_from(document, source=given.scene)).scanner())
     surface(adaptive.scan_adaptive(tape).correspondence, tape.rig)  # compiles, and records
     times: Times = {}
-    for name in _STAGES:
-        setattr(adaptive, name, _clocked(getattr(adaptive, name), name, times))
+    _clock_stages(times)
     for _ in range(given.rounds):
         tape.rewind()
         scan = _clocked(adaptive.scan_adaptive, "scan in all", times)(tape)
         _clocked(surface, "mesh", times)(scan.correspondence, tape.rig)
         _clocked(_read_once, "reading all frames once", times)(tape.images)
     _say(times, given.rounds)
+
+
+def _clock_stages(times: Times) -> None:
+    """Put a clock around each stage in every module of the scan that calls it."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("burrscan.scan.")]
+    for stage in _STAGES + _PLANNING:
+        plain = {getattr(module, stage, None) for module in modules}
+        clocked = {one: _clocked(one, stage, times) for one in plain if isinstance(one, FunctionType)}
+        for module in modules:
+            if getattr(module, stage, None) in clocked:
+                setattr(module, stage, clocked[getattr(module, stage)])
 
 
 def _read_once(images: list[Image]) -> int:
@@ -94,10 +107,15 @@ def _clocked(work: Callable[..., Any], name: str, times: Times) -> Callable[...,
 
 def _say(times: Times, rounds: int) -> None:
     print(f"{'':26}{'wall':>9}{'processor':>11}   ms per scan")
-    for name, spent in times.items():
-        per_round = np.array(spent).reshape(rounds, -1, 2).sum(axis=1)
-        wall, processor = 1e3 * np.median(per_round, axis=0)
-        print(f"{name:26}{wall:9.0f}{processor:11.0f}")
+    median = {
+        name: 1e3 * np.median(np.array(spent).reshape(rounds, -1, 2).sum(axis=1), axis=0)
+        for name, spent in times.items()
+    }
+    planning = sum((median[name] for name in _PLANNING if name in median), np.zeros(2))
+    median["planning"] = planning
+    median["images to mesh"] = median["scan in all"] + median["mesh"] - planning
+    for name, (wall, processor) in median.items():
+        print(f"{name:26}{wall:9.0f}{processor:11.0f}{'   planning' if name in _PLANNING else ''}")
 
 
 if __name__ == "__main__":
