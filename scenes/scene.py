@@ -22,6 +22,7 @@ from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.finish import FinishSpec, named_finish
 from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
+from scenes.transport.store import TRANSPORT_VERSION
 from scenes.wheel import BurrSpec, WheelSpec, load_wheel
 
 
@@ -182,5 +183,5 @@ def content_hash(*parts: Any) -> str:
 
 
 def scene_hash(scene: SceneSpec) -> str:
-    """Hash of everything in a scene that its images depend on."""
-    return content_hash(dataclasses.replace(scene, name="", description=""))
+    """Hash of everything that a scene's images depend on, the version of the light tracing included."""
+    return content_hash(dataclasses.replace(scene, name="", description=""), TRANSPORT_VERSION)
