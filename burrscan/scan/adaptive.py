@@ -7,26 +7,21 @@ a longer exposure, dimmed where the metal shines, measures all of them; what bot
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from burrscan.arrays import Bools, Floats, Floats32, Image
-from burrscan.codes.code import patterns
-from burrscan.correspondence import Correspondence, Scan
+from burrscan.arrays import Floats
+from burrscan.correspondence import Scan
 from burrscan.errors import InputError
 from burrscan.linear import linear
-from burrscan.scan.consistency import consistent
 from burrscan.scan.exposure import Response, bracket, even
+from burrscan.scan.fusion import believed, fuse
 from burrscan.scan.guess import fill
 from burrscan.scan.intensity import intensities
-from burrscan.scan.known_light import light_bias_px
-from burrscan.scan.matched import LEAST_FREQUENCIES, Reading, read
+from burrscan.scan.matched import LEAST_FREQUENCIES, Reading
 from burrscan.scan.plan import plan_exposures_ms
-from burrscan.scan.stripes import Stripes, stripes
-from burrscan.scan.torn import torn
-from burrscan.scan.wander import wander_px
-from burrscan.scanner import Patterns, Scanner
+from burrscan.scan.rounds import look, settled
+from burrscan.scan.stripes import stripes
+from burrscan.scanner import Scanner
 from burrscan.triangulation import epipolar_v
 
 
@@ -86,10 +81,10 @@ def scan_adaptive(
         max_sigma_px=max_sigma_px,
         least=least_intensity,
     )
-    crude, _, _ = _round(scanner, crude_code, crude_ms, response, None, max_sigma_px)
+    first = look(scanner, crude_code, exposure_ms=crude_ms, response=response, intensity=None)
     intensity = _intensity(
         scanner,
-        crude,
+        first.reading.blanked(max_sigma_px=max_sigma_px),
         response,
         exposure_ms=final_ms,
         period_px=period_px,
@@ -97,44 +92,21 @@ def scan_adaptive(
         max_sigma_px=max_sigma_px,
         least=least_intensity,
     )
-    final, shown, images = _round(scanner, final_code, final_ms, response, intensity, max_sigma_px)
+    last = look(scanner, final_code, exposure_ms=final_ms, response=response, intensity=intensity)
     white = scanner.capture(even(scanner, levels=(255,)), final_ms)[0]
-    correspondence = _fuse(crude, final, width=width, max_sigma_px=max_sigma_px)
+    belief = believed(first.reading, last.reading, max_sigma_px=max_sigma_px)
+    crude, final = (settled(one, pixels, scanner) for one, pixels in zip((first, last), belief, strict=True))
     return Scan(
-        correspondence=correspondence,
+        correspondence=fuse(crude, final, width=width, max_sigma_px=max_sigma_px),
         frames=response.frames + len(crude_code) + len(final_code) + 1,
         exposures_ms=(final_ms, crude_ms),
         white=white,
         saturated=crude.clipped & final.clipped,
-        pattern=shown.frames[-1],
-        image=images[-1],
+        pattern=last.shown.frames[-1],
+        image=last.images[-1],
         intensity=intensity.astype(np.float32),
         notes={"rounds": 2.0},
     )
-
-
-def _round(
-    scanner: Scanner,
-    code: Stripes,
-    exposure_ms: float,
-    response: Response,
-    intensity: Floats | None,
-    max_sigma_px: float,
-) -> tuple[Reading, Patterns, Image]:
-    """Show, look, read, and take the known light's bias off; pixels that are not accepted are blanked."""
-    view = scanner.rig.projector
-    frames = code.frames(view.shape)
-    shown = patterns(frames, code.names, view=view, sheet=scanner.projector, intensity=intensity)
-    images = scanner.capture(shown, exposure_ms)
-    dark_e = response.black_e_per_ms * np.float32(exposure_ms)
-    reading = read(images, code, camera=scanner.camera, rig=scanner.rig, dark_e=dark_e)
-    reading = reading.blanked(max_sigma_px=max_sigma_px)
-    reading = reading.without(torn(reading, images, code, camera=scanner.camera))
-    bias_px = light_bias_px(reading.u_px, reading.v_px, shown, code, sheet=scanner.projector)
-    u_px = reading.u_px - bias_px
-    wander = np.float32(wander_px(u_px, reading.sigma_u_px, reading.lost))
-    sigma_px = np.hypot(reading.sigma_u_px, wander * reading.lost)
-    return replace(reading, u_px=u_px, sigma_u_px=sigma_px), shown, images
 
 
 def _intensity(
@@ -165,24 +137,3 @@ def _intensity(
         max_sigma_px=max_sigma_px,
         least=least,
     )
-
-
-def _fuse(crude: Reading, final: Reading, *, width: int, max_sigma_px: float) -> Correspondence:
-    """Weigh the rounds by their information; where they contradict each other neither is believed."""
-    u = np.stack([crude.u_px, final.u_px])
-    information = np.nan_to_num(1.0 / np.stack([crude.sigma_u_px, final.sigma_u_px]) ** 2)
-    total = information.sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = (np.nan_to_num(u) * information).sum(axis=0) / total
-        sigma = 1.0 / np.sqrt(total)
-        apart = np.abs(u[0] - u[1]) / np.hypot(crude.sigma_u_px, final.sigma_u_px)
-        agree = ~(apart > 6.0)
-        mask = agree & (sigma <= max_sigma_px) & (mean > -0.5) & (mean < width - 0.5)
-    last = information[1] > 0.0
-    lost, misfit = np.where(last, final.lost, crude.lost), np.where(last, final.misfit, crude.misfit)
-    mask &= consistent(_masked(mean, mask), _masked(sigma, mask), lost, misfit)
-    return Correspondence(_masked(mean, mask), _masked(sigma, mask), mask)
-
-
-def _masked(values: Floats32, mask: Bools) -> Floats32:
-    return np.where(mask, values, np.nan).astype(np.float32)

@@ -1,0 +1,54 @@
+"""One round of an adaptive scan: show, look, read; and settle, once it is known which pixels to believe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Image
+from burrscan.codes.code import patterns
+from burrscan.scan.exposure import Response
+from burrscan.scan.known_light import light_bias_px
+from burrscan.scan.matched import Reading, read
+from burrscan.scan.stripes import Stripes
+from burrscan.scan.torn import torn
+from burrscan.scan.wander import wander_px
+from burrscan.scanner import Patterns, Scanner
+
+
+@dataclass(frozen=True)
+class Round:
+    """What was shown and seen, and every pixel's best column, believed or not."""
+
+    code: Stripes
+    shown: Patterns
+    images: Image
+    reading: Reading
+
+
+def look(
+    scanner: Scanner, code: Stripes, *, exposure_ms: float, response: Response, intensity: Floats | None
+) -> Round:
+    """Show the stripes at an intensity (H, W) per projector pixel, expose, and read."""
+    view = scanner.rig.projector
+    frames = code.frames(view.shape)
+    shown = patterns(frames, code.names, view=view, sheet=scanner.projector, intensity=intensity)
+    images = scanner.capture(shown, exposure_ms)
+    dark_e = response.black_e_per_ms * np.float32(exposure_ms)
+    reading = read(images, code, camera=scanner.camera, rig=scanner.rig, dark_e=dark_e)
+    return Round(code, shown, images, reading)
+
+
+def settled(one: Round, believed: Bools, scanner: Scanner) -> Reading:
+    """The round's reading at the pixels believed.
+
+    Torn footprints are left out, the known light's bias is taken off, and what columns wander by other light
+    widens the sigmas.
+    """
+    reading = one.reading.without(~believed)
+    reading = reading.without(torn(reading, one.images, one.code, camera=scanner.camera))
+    bias_px = light_bias_px(reading.u_px, reading.v_px, one.shown, one.code, sheet=scanner.projector)
+    u_px = reading.u_px - bias_px
+    wander = wander_px(u_px, reading.sigma_u_px, reading.lost)
+    return replace(reading, u_px=u_px, sigma_u_px=np.hypot(reading.sigma_u_px, wander))
