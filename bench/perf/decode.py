@@ -1,7 +1,10 @@
 """Decoding 24 frames (3 frequencies of 8 steps) at 1280×1024, ours beside ``fringes`` 2.1.0.
 
-    pip install fringes==2.1.0          # GPL, optional; a throw-away environment will do
+    pip install fringes==2.1.0          # GPL, optional
     python -m bench.perf.decode [--rounds N]
+
+``fringes`` brings opencv-contrib, which cannot share an environment with the opencv that burrscan depends on:
+use a throw-away one.
 
 Both decode the same noisy 10-bit pictures of the same sines, in turn in one process, on one thread and on
 two. Printed: wall and processor milliseconds (median over the rounds), the ratio of each pair of calls, and
