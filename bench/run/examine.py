@@ -17,6 +17,7 @@ from bench.suites.identity import entropy
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
 from burrscan.arrays import Floats32
+from burrscan.linear import linear_camera
 from burrscan.pipeline import run
 from scenes.bound import WatchedScanner, bound_px
 from scenes.scene import scene_from
@@ -66,7 +67,7 @@ def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folde
         evidence = Evidence(simulation.truth, outcome, _bound_px(simulation, scanner))
         metrics = measure(evidence)
         burrs = burr_tables(evidence)
-        save_variant(folder, variant.name, evidence, scanner.camera.saturation_dn)
+        save_variant(folder, variant.name, evidence, linear_camera(scanner.camera).saturation_dn)
     except Exception as error:  # noqa: BLE001 (a failure is a result)
         return failed_record(case, variant, failure("pipeline", error))
     return Record(
