@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypedDict
 
 import cv2
 import numpy as np
@@ -25,7 +26,14 @@ from tests.burrscan.instrument import plane_depth, small_rig
 
 PROCAM = Path(__file__).parents[2] / "../shared/data/captures/procam"
 here = pytest.mark.skipif(not PROCAM.is_dir(), reason="../shared/data is not here")
-SIZE = {"width": 40, "height": 24}
+class Raster(TypedDict):
+    """A projector's size."""
+
+    width: int
+    height: int
+
+
+SIZE: Raster = {"width": 40, "height": 24}
 
 
 @pytest.fixture(scope="module")
