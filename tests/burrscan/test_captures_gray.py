@@ -26,6 +26,8 @@ from tests.burrscan.instrument import plane_depth, small_rig
 
 PROCAM = Path(__file__).parents[2] / "../shared/data/captures/procam"
 here = pytest.mark.skipif(not PROCAM.is_dir(), reason="../shared/data is not here")
+
+
 class Raster(TypedDict):
     """A projector's size."""
 
