@@ -138,14 +138,19 @@ def scale_of(profile: Profile) -> Scale:
 
 
 def _noise(profile: Profile, low: Floats, high: Floats, side: float) -> float:
-    """Thickness of the data in cells grown until it is thin in them; spokes fill cells of any size."""
+    """Thickness of the data in cells of the first size in which it is thin.
+
+    A mesh with few vertices has large cells, in which a tread or a corner looks thick: they are halved, which
+    leaves some rows in each. Then they are grown, for spokes fill small ones. If the data are thin in none,
+    the size given counts.
+    """
     first = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
-    noise = first
-    for _ in range(4):
-        if noise < 0.1 * side:
+    if first < 0.1 * side:
+        return first
+    for factor in (0.5, 2.0, 4.0, 8.0, 16.0):
+        noise = _thickness(profile.z_mm, profile.r_mm, low, high, factor * side)[0]
+        if noise < 0.1 * factor * side:
             return noise
-        side *= 2.0
-        noise = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
     return first
 
 

@@ -155,7 +155,7 @@ def test_any_wheel_with_burrs_is_closed_and_keeps_its_volume(
     assert np.isfinite(wheel.normals).all()
     bare = volume_mm3(build_wheel(spec, (), facet_error_mm=0.01))
     signed = sum(b.volume_mm3 * (1.0 if b.side == "protrusion" else -1.0) for b in wheel.burrs)
-    assert volume_mm3(wheel) - bare == pytest.approx(signed, abs=1e-6)
+    assert volume_mm3(wheel) - bare == pytest.approx(signed, rel=1e-6, abs=1e-6)
 
 
 def test_overlapping_burrs_and_the_seam_stay_closed() -> None:
