@@ -8,6 +8,7 @@ one primary after the other. The board is white in every band, so one traced lig
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,8 @@ _OVER = 1.3
 """The longest lamp exposure over that which fills the well: the ramp must clip."""
 _OFF_PICTURES = 6
 _COVERED = -1
+_STREAM = zlib.crc32(b"ramps")
+"""Keeps the noise of ramps apart from a scan's of the same seed: SeedSequence ignores trailing zeros."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ class RampRig:
                 np.ascontiguousarray(seen[None, ..., channel]),
                 camera=self.scene.camera,
                 exposure_ms=exposure_ms,
-                identity=(self.seed, channel),
+                identity=(self.seed, _STREAM, channel),
                 first_frame=number,
             )[0]
             for channel in range(self.channels)

@@ -136,3 +136,19 @@ def test_a_finish_is_read_from_a_document_and_bad_ones_are_refused() -> None:
         build(FinishSpec, {"alpha": 0.0}, source=str(Path("scene.toml")))
     with pytest.raises(InputError, match="did you mean 'polished'"):
         named_finish("polishd")
+
+
+@pytest.mark.parametrize(("metal", "symbol"), [("copper", "Cu"), ("gold", "Au"), ("aluminium", "Al")])
+def test_constants_reflect_as_the_renderers_own_tables_do(metal: Metal, symbol: str) -> None:
+    """Other samples of the metal, other films: they differ by percents, a typing error by more."""
+    mi = activate()
+    folder = Path(str(mi.__file__)).parent / "data" / "ior"
+    wavelengths_nm = (464.0, 549.0, 611.0)
+    n, k = optical_constants(metal, wavelengths_nm)
+    tables = [np.loadtxt(folder / f"{symbol}.{part}.spd") for part in ("eta", "k")]
+    others = [np.interp(wavelengths_nm, *table.T) for table in tables]
+    np.testing.assert_allclose(_reflectance(n, k), _reflectance(*others), atol=0.06)
+
+
+def _reflectance(n: Floats, k: Floats) -> Floats:
+    return ((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2)
