@@ -36,23 +36,41 @@ def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..
 
     """
     path = methods.get(name, name)
-    module_name, colon, function_name = path.partition(":")
-    if not colon:
+    if ":" not in path:
         raise InputError(f"unknown {stage} '{name}': {suggest(name, list(methods))} (or 'module:function')")
+    function = attribute(path, what=stage)
+    if not callable(function):
+        raise InputError(f"{stage} '{name}': this is no function but {type(function).__name__}")
+    return function  # type: ignore[no-any-return]
+
+
+def attribute(path: str, *, what: str) -> Any:
+    """What stands behind ``"module:attribute"``.
+
+    Parameters
+    ----------
+    path
+        Of anyone's package.
+    what
+        What it is for, for the message.
+
+    Raises
+    ------
+    InputError
+        When there is no such module or attribute.
+
+    """
+    module_name, _, name = path.partition(":")
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise InputError(
-            f"{stage} '{name}': {error}; is the package installed, and is the name right?"
+            f"{what} '{path}': {error}; is the package installed, and is the name right?"
         ) from error
-    function = getattr(module, function_name, None)
-    if not callable(function):
-        names = [key for key, value in vars(module).items() if inspect.isfunction(value)]
-        raise InputError(
-            f"{stage} '{name}': no function '{function_name}' in {module_name}; "
-            f"{suggest(function_name, names)}"
-        )
-    return function  # type: ignore[no-any-return]
+    if not hasattr(module, name):
+        public = [key for key in vars(module) if not key.startswith("_")]
+        raise InputError(f"{what} '{path}': no '{name}' in {module_name}; {suggest(name, public)}")
+    return getattr(module, name)
 
 
 def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any], *, stage: str) -> None:

@@ -9,10 +9,9 @@ from pathlib import Path
 
 from bench.baselines.store import BASELINES, accepted
 from bench.run.directory import Run
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 from bench.score.summary import summarise
 from burrscan.errors import InputError
-from burrscan.variants import suggest
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,7 @@ def history(metric: str, suite: str, *, baselines: Path = BASELINES) -> list[Poi
         When there is no such metric, or no accepted run of the suite.
 
     """
-    if metric not in METRICS:
-        raise InputError(f"unknown metric '{metric}': {suggest(metric, list(METRICS))}")
+    metric_named(metric)
     runs = accepted(suite, baselines=baselines)
     if not runs:
         raise InputError(f"{baselines / suite}: no accepted run; 'burrscan accept RUN' makes one")

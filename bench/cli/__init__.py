@@ -8,6 +8,7 @@ import logging
 import sys
 from collections.abc import Sequence
 from importlib import metadata
+from pathlib import Path
 
 COMMANDS = (
     "doctor", "run", "compare", "accept", "history", "report", "suites", "show", "render", "scan",
@@ -48,9 +49,11 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code is returned."""
+    """Run the command line; the exit code is returned. Packages in the current directory are found, last."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     given = parser().parse_args(arguments)
+    if (here := str(Path.cwd())) not in sys.path:
+        sys.path.append(here)
     from burrscan.errors import InputError
 
     try:

@@ -37,11 +37,11 @@ def main(given: argparse.Namespace) -> int:
     from bench.baselines import BASELINES, history
     from bench.cli.tables import plain_table, print_table
     from bench.compare.text import number
-    from bench.score.metrics import METRICS
+    from bench.score.metrics import metric_named
 
     points = history(given.metric, given.suite, baselines=given.baselines or BASELINES)
     variants = list(dict.fromkeys(name for point in points for name in point.values))
-    metric = METRICS[given.metric]
+    metric = metric_named(given.metric)
     unit = {"1": "%", "count": "count"}.get(metric.unit, metric.unit)
     table = plain_table(f"{metric.title}, {unit}; {metric.better} is better; suite {given.suite}")
     for head in ("accepted", "run", "version", *variants, "failed", "note"):

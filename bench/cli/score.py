@@ -10,7 +10,7 @@ from rich.table import Table
 from bench.cli.tables import plain_table
 from bench.run.directory import Run
 from bench.score.metric import Metric
-from bench.score.metrics import HEADLINE, METRICS
+from bench.score.metrics import HEADLINE, metric_named
 from bench.score.summary import Row, score_table
 
 
@@ -22,7 +22,7 @@ def terminal_table(run: Run) -> Table:
     for head in (by or "", "variant", "cases", "failed"):
         table.add_column(head, no_wrap=True)
     for name in names:
-        table.add_column(_head(METRICS[name]), justify="right", no_wrap=True)
+        table.add_column(_head(metric_named(name)), justify="right", no_wrap=True)
     previous = None
     for row in score_table(run.records, names, by=by):
         if previous not in {None, row.group}:
@@ -57,7 +57,7 @@ def _head(metric: Metric) -> str:
 
 
 def _values(row: Row) -> list[str]:
-    return [_text(METRICS[name], value) for name, value in row.values.items()]
+    return [_text(metric_named(name), value) for name, value in row.values.items()]
 
 
 def _text(metric: Metric, value: float) -> str:

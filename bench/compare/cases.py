@@ -10,7 +10,7 @@ import numpy as np
 from bench.compare.pairs import Pairing
 from bench.compare.result import CaseChange, FailedCase
 from bench.compare.values import paired_values
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 from burrscan.arrays import Floats
 
 _SMALLEST_MARGIN = 1e-9  # a margin of zero would make every change infinite
@@ -48,7 +48,7 @@ def failed_cases(pairing: Pairing, *, base_failed: bool, new_failed: bool) -> tu
 def _for_the_worse(pairing: Pairing, name: str, margin: float) -> Floats:
     """(N,) differences in margins, positive for the worse, 0 where there is no value."""
     base, new = paired_values(pairing, name, margin=margin)
-    sign = 1.0 if METRICS[name].better == "lower" else -1.0
+    sign = 1.0 if metric_named(name).better == "lower" else -1.0
     return np.nan_to_num(sign * (new - base) / max(margin, _SMALLEST_MARGIN), nan=0.0)
 
 

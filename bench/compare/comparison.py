@@ -15,7 +15,7 @@ from bench.compare.rows import FOUND, burr_row, failure_row, metric_row, refused
 from bench.compare.values import burr_outcomes
 from bench.compare.verdict import judged
 from bench.run.directory import Run
-from bench.score.metrics import HEADLINE, METRICS
+from bench.score.metrics import HEADLINE, METRICS, own_metrics
 from burrscan.errors import InputError
 
 
@@ -60,7 +60,7 @@ def compare_runs(
 def _metric_names(run: Run, gates: Mapping[str, float]) -> tuple[str, ...]:
     """Rows: failures, then gated metrics and those the suite shows, in the order of the metric table."""
     wanted = {*gates, *(run.suite.metrics or HEADLINE)}
-    return (FAILURES, *(name for name in METRICS if name in wanted))
+    return (FAILURES, *(name for name in (*METRICS, *own_metrics(run.suite.metrics)) if name in wanted))
 
 
 def _common_variants(base: Run, new: Run) -> list[str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from bench.score.metrics import METRICS
+from bench.score.metrics import METRICS, metric_named
 from bench.suites.suite import Suite, refuse
 from burrscan.variants import suggest
 
@@ -69,13 +69,17 @@ def margin_of(name: str, *, own: float | None = None, override: float | None = N
         return override
     if own is not None:
         return own
-    return MARGINS[name] if name in MARGINS else _OTHERS.get(METRICS[name].unit, 0.0)
+    return MARGINS[name] if name in MARGINS else _OTHERS.get(metric_named(name).unit, 0.0)
 
 
 def margin_problems(margins: Mapping[str, float]) -> list[str]:
     """What is wrong with margins that somebody gave."""
     known = [FAILURES, *METRICS]
-    unknown = [f"unknown metric '{name}': {suggest(name, known)}" for name in margins if name not in known]
+    unknown = [
+        f"unknown metric '{name}': {suggest(name, known)}"
+        for name in margins
+        if name not in known and ":" not in name
+    ]
     bad = [
         f"{name}: a margin is a number from 0 upwards, not {value}"
         for name, value in margins.items()

@@ -14,7 +14,7 @@ from bench.compare.pairs import Pairing
 from bench.compare.result import Row, Seen, Verdict
 from bench.compare.values import burr_outcomes, paired_values
 from bench.run.records import Record
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 from burrscan.arrays import Bools, Floats
 
 _FEWEST_SCENES = 6
@@ -24,7 +24,7 @@ FOUND = "burr_found"
 
 def metric_row(pairing: Pairing, name: str, *, margin: float, gated: bool) -> Row:
     """A metric's paired difference: cases averaged in each scene, scenes resampled."""
-    metric = METRICS[name]
+    metric = metric_named(name)
     base, new = paired_values(pairing, name, margin=margin)
     estimate = scene_estimate(pairing.per_scene(new - base))
     pairs = int((~np.isnan(base)).sum())
@@ -120,7 +120,7 @@ def failure_row(pairing: Pairing, *, margin: float, gated: bool) -> Row:
 
 def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Row:
     """A metric that cannot be compared."""
-    metric = METRICS[name]
+    metric = metric_named(name)
     return Row(
         metric=name,
         title=metric.title,

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.compare.pairs import Pairing
 from bench.run.records import Record
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 from burrscan.arrays import Bools, Floats
 
 
@@ -45,7 +45,7 @@ def _values(records: Sequence[Record], name: str) -> Floats:
 
 def _failed_value(values: Floats, name: str, margin: float) -> float:
     """What a case without a result counts as."""
-    metric = METRICS[name]
+    metric = metric_named(name)
     if metric.unit == "1" or math.isnan(metric.on_failure):
         return metric.on_failure
     known = values[np.isfinite(values)]

@@ -15,7 +15,7 @@ from bench.report import charts, pictures, summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, scales
 from bench.run import Record, Run, load_run
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 from bench.score.summary import summarise, value_of
 from burrscan.files import written_whole
 
@@ -85,7 +85,7 @@ def _content(run: Run) -> dict[str, Any]:
         "index": _index(by_case, variants, anchors, detailed),
         "cases": detailed,
         "failures": summary.failures(run.records),
-        "metrics": [METRICS[name] for name in names],
+        "metrics": [metric_named(name) for name in names],
         "shown_unit": summary.shown_unit,
         "limits": limits,
         "gradient": Markup(pictures.gradient()),  # noqa: S704 (our own constant)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.run import Record, Run
-from bench.score import HEADLINE, METRICS, Metric
+from bench.score import HEADLINE, Metric, metric_named
 from bench.score.summary import summarise
 
 _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same
@@ -50,12 +50,12 @@ def of_variant(records: Iterable[Record], variant: str) -> list[Record]:
 
 def score_rows(records: Sequence[Record], variants: Sequence[str], names: Sequence[str]) -> tuple[Row, ...]:
     """The score table: a row per metric, summarised over cases per variant as on the terminal."""
-    return tuple(_metric_row(records, variants, METRICS[name]) for name in names)
+    return tuple(_metric_row(records, variants, metric_named(name)) for name in names)
 
 
 def metric_names(run: Run) -> tuple[str, ...]:
     """The metrics that the suite wants shown, or the usual ones."""
-    return tuple(name for name in run.suite.metrics or HEADLINE if name in METRICS)
+    return run.suite.metrics or HEADLINE
 
 
 def time_rows(records: Sequence[Record], variants: Sequence[str]) -> tuple[Row, ...]:

@@ -37,11 +37,14 @@ def examine(job: Job, case: Case) -> list[Record]:
         )
         save_truth(folder, simulation.truth)
     except Exception as error:  # noqa: BLE001 (a failure is a result)
-        return [failed_record(case, variant, failure("scene", error)) for variant in job.variants]
-    return [_examine_variant(case, variant, simulation, folder) for variant in job.variants]
+        why = failure("scene", error)
+        return [failed_record(case, variant, why, own=job.own_metrics) for variant in job.variants]
+    return [
+        _examine_variant(case, variant, simulation, folder, own=job.own_metrics) for variant in job.variants
+    ]
 
 
-def failed_record(case: Case, variant: Variant, why: Failure) -> Record:
+def failed_record(case: Case, variant: Variant, why: Failure, *, own: tuple[str, ...] = ()) -> Record:
     """A record without a result, counted in every metric."""
     return Record(
         case=case.id,
@@ -49,7 +52,7 @@ def failed_record(case: Case, variant: Variant, why: Failure) -> Record:
         parameters=case.parameters,
         scene_hash=case.scene_hash,
         identity=case.identity,
-        metrics=failed_metrics(),
+        metrics=failed_metrics(own=own),
         failure=why,
     )
 
@@ -60,16 +63,18 @@ def failure(stage: str, error: Exception) -> Failure:
     return Failure(stage, f"{type(error).__name__}: {error}", text)
 
 
-def _examine_variant(case: Case, variant: Variant, simulation: Simulation, folder: Path) -> Record:
+def _examine_variant(
+    case: Case, variant: Variant, simulation: Simulation, folder: Path, *, own: tuple[str, ...]
+) -> Record:
     scanner = WatchedScanner(simulation.scanner())
     try:
         outcome = run(scanner, pipeline_of(variant))
         evidence = Evidence(simulation.truth, outcome, _bound_px(simulation, scanner))
-        metrics = measure(evidence)
+        metrics = measure(evidence, own=own)
         burrs = burr_tables(evidence)
         save_variant(folder, variant.name, evidence, linear_camera(scanner.camera).saturation_dn)
     except Exception as error:  # noqa: BLE001 (a failure is a result)
-        return failed_record(case, variant, failure("pipeline", error))
+        return failed_record(case, variant, failure("pipeline", error), own=own)
     return Record(
         case=case.id,
         variant=variant.name,

@@ -10,7 +10,8 @@ from bench.suites.suite import Variant
 
 @dataclass(frozen=True)
 class Job:
-    """What is the same for all cases of a run."""
+    """What is the same for all cases of a run: the variants, where to write, metrics of the user's own."""
 
     variants: tuple[Variant, ...]
     out_dir: Path
+    own_metrics: tuple[str, ...] = ()

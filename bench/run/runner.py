@@ -17,10 +17,10 @@ from bench.run.job import Job
 from bench.run.provenance import session
 from bench.run.records import Failure, Record, append
 from bench.run.tables import write_tables
-from bench.score.metrics import METRICS
+from bench.score.metrics import METRICS, metric_named, own_metrics
 from bench.suites.case import Case
 from bench.suites.cases import chosen, expand
-from bench.suites.suite import Suite, Variant
+from bench.suites.suite import Suite
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from scenes.renderer import choose, usable_cores
@@ -101,11 +101,11 @@ def run_suite(
     directory = RunDirectory(out_dir)
     _refuse_foreign(directory)
     sitting = session(workers=count, threads=threads, renderer=choose().variant)
-    asked = describe_run(suite, cases, seed=seed, only=only, metrics=_definitions())
+    asked = describe_run(suite, cases, seed=seed, only=only, metrics=_definitions(suite))
     with directory.locked():
         _open(directory, asked, sitting)
         remaining = _settle(directory, cases, len(suite.variant))
-        task = partial(examine_case, Job(suite.variant, out_dir))
+        task = partial(examine_case, Job(suite.variant, out_dir, own_metrics(suite.metrics)))
         crew = Crew(task, remaining, workers=count, threads=threads)
         _collect(crew, directory, suite, Progress.of(load_run(out_dir)), progress)
         write_tables(load_run(out_dir))
@@ -122,7 +122,7 @@ def _collect(
     """Append the records of each case as it ends."""
     progress(state)
     for case, result in crew.results():
-        records = _lost(case, suite.variant, result) if isinstance(result, Died) else result
+        records = _lost(case, suite, result) if isinstance(result, Died) else result
         append(directory.records, records)
         state = state.after(case, records)
         progress(state)
@@ -178,14 +178,14 @@ def _rewrite(path: Path, records: Iterable[Record]) -> None:
         beside.write_text("".join(record.line() for record in records), "utf-8")
 
 
-def _lost(case: Case, variants: Sequence[Variant], death: Died) -> list[Record]:
+def _lost(case: Case, suite: Suite, death: Died) -> list[Record]:
     """Failure records of a case whose worker died."""
-    return [failed_record(case, variant, Failure("worker", death.reason, "")) for variant in variants]
+    why, own = Failure("worker", death.reason, ""), own_metrics(suite.metrics)
+    return [failed_record(case, variant, why, own=own) for variant in suite.variant]
 
 
-def _definitions() -> dict[str, Any]:
+def _definitions(suite: Suite) -> dict[str, Any]:
     """What makes metric values of two runs comparable."""
-    return {
-        name: {"title": m.title, "unit": m.unit, "better": m.better, "version": m.version, "source": m.source}
-        for name, m in METRICS.items()
-    }
+    metrics = [*METRICS.values(), *map(metric_named, own_metrics(suite.metrics))]
+    keys = ("title", "unit", "better", "version", "source")
+    return {metric.name: {key: getattr(metric, key) for key in keys} for metric in metrics}

@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from bench.run.directory import Run
-from bench.score.metrics import METRICS
+from bench.score.metrics import METRICS, own_metrics
 from burrscan.files import written_whole
 
 
 def write_tables(run: Run) -> None:
     """Write ``records.csv`` and ``timings.csv``."""
     parameters = list(run.records[0].parameters) if run.records else []
-    heads = ["case", "variant", *parameters, "scene_hash", "failure", *METRICS]
+    names = [*METRICS, *own_metrics(run.suite.metrics)]
+    heads = ["case", "variant", *parameters, "scene_hash", "failure", *names]
     rows = (
         [
             record.case,
@@ -24,7 +25,7 @@ def write_tables(run: Run) -> None:
             *(record.parameters[name] for name in parameters),
             record.scene_hash,
             record.failure.error if record.failure else "",
-            *(_cell(record.metrics.get(name, math.nan)) for name in METRICS),
+            *(_cell(record.metrics.get(name, math.nan)) for name in names),
         ]
         for record in run.records
     )

@@ -2,6 +2,6 @@
 
 from bench.score.evidence import Evidence
 from bench.score.metric import Metric
-from bench.score.metrics import HEADLINE, METRICS, failed_metrics, measure
+from bench.score.metrics import HEADLINE, METRICS, failed_metrics, measure, metric_named
 
-__all__ = ["HEADLINE", "METRICS", "Evidence", "Metric", "failed_metrics", "measure"]
+__all__ = ["HEADLINE", "METRICS", "Evidence", "Metric", "failed_metrics", "measure", "metric_named"]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
+from collections.abc import Iterable
+from dataclasses import replace
 
 from bench.score import burrs, scan, shape
 from bench.score.evidence import Evidence
 from bench.score.metric import Metric
+from burrscan.errors import InputError
+from burrscan.variants import attribute, suggest
 
 _ISSUE = "burrscan, issue 2"
 _ISSUE_3 = "burrscan, issue 3"
@@ -45,13 +50,39 @@ HEADLINE = (
 """The score table's columns where a suite names none."""
 
 
-def measure(evidence: Evidence) -> dict[str, float]:
-    """Every metric of one outcome."""
+@functools.cache
+def metric_named(name: str) -> Metric:
+    """A metric by its short name, or anyone's own as ``"module:attribute"``.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When there is no such metric.
+
+    """
+    if name in METRICS:
+        return METRICS[name]
+    if ":" not in name:
+        raise InputError(f"unknown metric '{name}': {suggest(name, list(METRICS))} (or 'module:attribute')")
+    found = attribute(name, what="metric")
+    if not isinstance(found, Metric):
+        raise InputError(f"metric '{name}': this is no bench.score.Metric but {type(found).__name__}")
+    return replace(found, name=name)
+
+
+def own_metrics(names: Iterable[str]) -> tuple[str, ...]:
+    """Those of some names that are not shipped, each once."""
+    return tuple(dict.fromkeys(name for name in names if name not in METRICS))
+
+
+def measure(evidence: Evidence, *, own: Iterable[str] = ()) -> dict[str, float]:
+    """Every metric of one outcome, and ``own`` ones beside them."""
+    metrics = [*METRICS.values(), *map(metric_named, own)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN marks what is missing and may be compared
-        return {name: float(metric.measure(evidence)) for name, metric in METRICS.items()}
+        return {metric.name: float(metric.measure(evidence)) for metric in metrics}
 
 
-def failed_metrics() -> dict[str, float]:
+def failed_metrics(*, own: Iterable[str] = ()) -> dict[str, float]:
     """What a case without a result counts as, metric by metric."""
-    return {name: metric.on_failure for name, metric in METRICS.items()}
+    return {metric.name: metric.on_failure for metric in (*METRICS.values(), *map(metric_named, own))}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.run.records import Record
-from bench.score.metrics import METRICS
+from bench.score.metrics import metric_named
 
 EVERYTHING = "all"
 
@@ -60,7 +60,7 @@ def summarise(name: str, records: Iterable[Record]) -> float:
     """One metric over some records; see :func:`score_table`."""
     values = np.array([value_of(record, name) for record in records])
     known = values[~np.isnan(values)]
-    if METRICS[name].unit in {"px", "mm", "deg"}:
+    if metric_named(name).unit in {"px", "mm", "deg"}:
         return float(np.median(known)) if known.size else np.nan
     known = known[np.isfinite(known)]
     return float(known.mean()) if known.size else np.nan
@@ -68,7 +68,7 @@ def summarise(name: str, records: Iterable[Record]) -> float:
 
 def value_of(record: Record, name: str) -> float:
     """A record's value of a metric; without a result, what the metric counts that as."""
-    return METRICS[name].on_failure if record.failure else record.metrics.get(name, np.nan)
+    return metric_named(name).on_failure if record.failure else record.metrics.get(name, np.nan)
 
 
 def _group(record: Record, by: str | None) -> str:

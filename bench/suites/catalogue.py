@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from bench.score.metrics import METRICS
+from bench.score.metrics import METRICS, metric_named
 from bench.suites.case import Case
 from bench.suites.cases import expand
 from bench.suites.paths import merge
@@ -85,10 +85,9 @@ def _no_twins(cases: Sequence[Case]) -> None:
 
 def _metric_problems(suite: Suite) -> Iterator[str]:
     for name in suite.metrics:
-        if name not in METRICS:
-            yield f"metrics: unknown '{name}': {suggest(name, list(METRICS))}"
+        yield from _listed("metrics", partial(metric_named, name))
     for gate in suite.gate:
-        if gate.metric not in {"failures", *METRICS}:
+        if gate.metric not in {"failures", *METRICS, *suite.metrics}:
             yield f"gate: unknown metric '{gate.metric}': {suggest(gate.metric, ['failures', *METRICS])}"
 
 

@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.score.metrics import METRICS, failed_metrics, measure
+from bench.score import Evidence, Metric
+from bench.score.metrics import METRICS, failed_metrics, measure, metric_named, own_metrics
+from burrscan.errors import InputError
 from tests.bench.ideal import HEIGHT, PROFILE, WIDTH, evidence, found_burr, true_burr
 
 PERFECT = {
@@ -182,3 +184,31 @@ def test_every_metric_says_what_it_is() -> None:
         assert metric.source
         assert metric.version >= 1
         assert metric.unit in {"1", "px", "mm", "deg", "count"}
+
+
+OWN = Metric("", "Accepted pixels", "count", "higher", 3, "this test", lambda e: float(e.accepted.sum()), 0.0)
+
+
+def test_a_metric_of_ones_own_is_measured_beside_the_shipped_ones() -> None:
+    name = f"{__name__}:OWN"
+    assert own_metrics(["coverage", name, name]) == (name,)
+    outcome: Evidence = evidence(true_burr(), found=(HIT,))
+    metrics = measure(outcome, own=[name])
+    assert metrics[name] == outcome.accepted.sum() > 0
+    assert set(metrics) - {name} == set(METRICS)
+    assert failed_metrics(own=[name])[name] == 0.0
+    assert metric_named(name).version == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("covrage", "coverage"),
+        (f"{__name__}:HIT", "Burr"),
+        (f"{__name__}:OWM", "OWN"),
+        ("nowhere:x", "nowhere"),
+    ],
+)
+def test_what_is_no_metric_is_refused_with_a_hint(name: str, why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        metric_named(name)
