@@ -127,12 +127,24 @@ def scene_document(name_or_path: str) -> dict[str, Any]:
 
     """
     if name_or_path.endswith(".toml"):
-        return read_toml(Path(name_or_path))
+        path = Path(name_or_path)
+        return with_wheel_beside(read_toml(path), path.parent)
     if name_or_path not in scene_names():
         known = suggest(name_or_path, scene_names())
         raise InputError(f"unknown scene '{name_or_path}': {known} (or the path of a .toml file)")
     with resources.as_file(resources.files("scenes.catalogue") / "scenes" / f"{name_or_path}.toml") as path:
         return read_toml(path)
+
+
+def with_wheel_beside(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """A scene's tables with its wheel's file, where it names one in ``folder``, read into them."""
+    return {**document, **({"wheel": wheel_beside(document["wheel"], folder)} if "wheel" in document else {})}
+
+
+def wheel_beside(wheel: Any, folder: Path) -> Any:
+    """The tables of the wheel file of that name in ``folder``; anything else as it is."""
+    beside = isinstance(wheel, str) and wheel.endswith(".toml") and (folder / wheel).exists()
+    return read_toml(folder / wheel) if beside else wheel
 
 
 def scene_from(document: Mapping[str, Any], *, source: str) -> SceneSpec:

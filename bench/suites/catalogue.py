@@ -18,7 +18,7 @@ from bench.suites.variants import pipeline_of
 from burrscan.documents import read_toml
 from burrscan.errors import InputError
 from burrscan.variants import suggest
-from scenes.scene import scene_document
+from scenes.scene import scene_document, wheel_beside, with_wheel_beside
 
 
 def suite_names() -> list[str]:
@@ -43,7 +43,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
     """
     path = _find(name_or_path)
     document = read_toml(path)
-    suite = suite_from({**document, "scene": _scene(document.get("scene"), path)}, source=str(path))
+    suite = suite_from({**document, **_scenes(document, path)}, source=str(path))
     refuse(list(_problems(suite)), str(path))
     return suite
 
@@ -59,8 +59,19 @@ def _find(name_or_path: str | Path) -> Path:
     return Path(str(resources.files("bench.suites").joinpath(f"{text}.toml")))
 
 
+def _scenes(document: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """The suite's scene and sweep; wheel files are looked for beside the suite's."""
+    found = {"scene": _scene(document.get("scene"), path)}
+    sweep = document.get("sweep")
+    if isinstance(sweep, Mapping) and isinstance(sweep.get("wheel"), list):
+        found["sweep"] = {**sweep, "wheel": [wheel_beside(wheel, path.parent) for wheel in sweep["wheel"]]}
+    return found
+
+
 def _scene(table: Any, path: Path) -> Any:
     """The scene's tables laid over the base they name."""
+    if isinstance(table, Mapping):
+        table = with_wheel_beside(table, path.parent)
     if not isinstance(table, Mapping) or "base" not in table:
         return table
     base = str(table["base"])

@@ -154,3 +154,14 @@ def test_an_unknown_suite_or_file_is_named() -> None:
         load_suite("quik")
     with pytest.raises(InputError, match="no such file"):
         load_suite("nowhere/at/all.toml")
+
+
+def test_wheel_files_are_looked_for_beside_the_suite(tmp_path: Path) -> None:
+    """Wherever the command is called: in the scene, in the scene's base, and in the sweep."""
+    (tmp_path / "mine.toml").write_text('name = "mine"\ngeneratrix = [[-9, 0], [-9, 50], [9, 50], [9, 0]]')
+    (tmp_path / "base.toml").write_text('wheel = "mine.toml"\nfinish = "matte"')
+    text = 'name = "s"\n[scene]\nbase = "base.toml"\n[sweep]\nwheel = ["mine.toml", "paper"]\n'
+    (tmp_path / "s.toml").write_text(text + '[[variant]]\nname = "v"')
+    cases = expand(load_suite(tmp_path / "s.toml"))
+    assert [case.parameters["wheel"] for case in cases] == ["mine", "paper"]
+    assert cases[0].document["wheel"]["generatrix"][1] == [-9, 50]

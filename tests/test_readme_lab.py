@@ -1,0 +1,60 @@
+"""The README's own laboratory: its files are copied out of the page, and its commands are run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from bench.cli import main
+from bench.run import load_run
+
+README = (Path(__file__).parents[1] / "README.md").read_text("utf-8")
+FILES = dict(re.findall(r"```(?:toml|python)\n# ([\w/]+\.(?:toml|py))[:\n](.*?)```", README, re.DOTALL))
+SECTION = README.partition("## Make it yours")[2].partition("\n## ")[0]
+COMMANDS = re.findall(r"^    burrscan (.*)$", SECTION, re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A user's folder, outside the repository."""
+    here = tmp_path_factory.mktemp("mine")
+    for name, text in FILES.items():
+        path = here / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f"# {text}", "utf-8")
+    return here
+
+
+def test_the_page_has_a_wheel_a_suite_a_decoder_an_axis_method_and_a_metric() -> None:
+    assert set(FILES) == {"pulley.toml", "pulleys.toml", "lab/codes.py", "lab/axis.py", "lab/metrics.py"}
+    assert [command.split()[0] for command in COMMANDS] == ["show", "run", "compare", "report"]
+
+
+def test_its_commands_run_in_order(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    codes = [main(shlex.split(command)) for command in COMMANDS]
+    assert codes == [0, 0, 0, 0]
+    run = load_run(folder / "runs" / "first")
+    assert not [record.failure for record in run.records if record.failure]
+    mine = [record.metrics for record in run.records if record.variant == "mine"]
+    assert all(metrics["wrong_rate"] < 0.05 for metrics in mine)
+    assert all(0.0 < metrics["lab.metrics:DEPTH_P99"] < 2.0 for metrics in mine)
+    assert "Depth 99 %" in (folder / "runs" / "first" / "report.html").read_text("utf-8")
+    assert (folder / "change.md").stat().st_size > 0
+    assert (folder / "gate.xml").stat().st_size > 0
+
+
+def test_a_gate_that_breaks_ends_with_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other way round: without the finer light the depth is worse, and now it is gated."""
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    assert main(["compare", "runs/first", "--variants", "mine", "shipped"]) == 0
+    suite = (folder / "pulleys.toml").read_text("utf-8")
+    gate = '\n[[gate]]\nmetric = "lab.metrics:DEPTH_P99"\nmargin = 0.1\n'
+    (folder / "gated.toml").write_text(suite + gate, "utf-8")
+    assert main(["run", "gated.toml", "--out", "runs/gated"]) == 0
+    assert main(["compare", "runs/gated", "--variants", "mine", "shipped"]) == 1
