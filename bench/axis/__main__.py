@@ -16,7 +16,7 @@ from importlib.metadata import version
 
 from rich.console import Console
 
-from bench.axis.revolution import PROFILES
+from bench.axis.revolution import SHAPES
 from bench.axis.table import Row, axis_table
 from burrscan.axis import METHODS
 
@@ -32,7 +32,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--methods", nargs="+", default=list(METHODS), metavar="NAME")
-    parser.add_argument("--profile", default="stepped_wheel", choices=[*PROFILES, "torus", "vase", "sphere"])
+    parser.add_argument("--profile", default="stepped_wheel", choices=SHAPES)
     parser.add_argument("--seeds", type=int, default=20)
     given = parser.parse_args()
     print_line = Console(soft_wrap=True, highlight=False).print

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from burrscan.arrays import Floats, Ints32
 
@@ -38,8 +39,12 @@ def sphere_profile(*, radius_mm: float = 90.0, count: int = 400) -> Floats:
 
 def profile_of(name: str) -> Floats:
     """The (K, 2) polyline (z, r) of a named shape."""
-    curves = {"torus": torus_profile, "vase": vase_profile, "sphere": sphere_profile}
-    return curves[name]() if name in curves else np.array(PROFILES[name], dtype=np.float64)
+    return _CURVES[name]() if name in _CURVES else np.array(PROFILES[name], dtype=np.float64)
+
+
+_CURVES = {"torus": torus_profile, "vase": vase_profile, "sphere": sphere_profile}
+SHAPES = (*PROFILES, *_CURVES)
+"""Every named shape."""
 
 
 @dataclass(frozen=True)
@@ -125,22 +130,27 @@ def revolution_scan(
     arc_deg: float = 140.0,
     shape: tuple[int, int] = (484, 128),
     sigma_mm: float = 0.0,
-    seed: int = 0,
+    seed: int | tuple[int, ...] = 0,
     burrs: tuple[RidgeBurr, ...] = (),
     scale: float = 1.0,
     outlier_share: float = 0.0,
+    correlated_over: int = 1,
 ) -> RevolutionScan:
     """A partial scan as METHODS defines it: a grid of (around, along) vertices, iid noise along the normal.
 
     The default has 122,682 triangles. The middle of the arc is at angle 0 of the part frame; the pose is
-    random. ``scale`` multiplies everything, noise included; outliers are displaced by up to 20 mm.
+    random. ``scale`` multiplies everything, noise included; outliers are displaced by up to 20 mm. Noise that
+    is correlated is a running mean over so many rows and columns, of the same standard deviation.
     """
     rng = np.random.default_rng(seed)
     polyline = profile_of(profile) if isinstance(profile, str) else profile
     around, along = shape
     curve, normal = sampled_profile(polyline, along)
     phi = np.radians(np.linspace(-arc_deg / 2, arc_deg / 2, around))[:, None]
-    lift = sigma_mm * rng.normal(size=shape)
+    noise = rng.normal(size=shape)
+    if correlated_over > 1:
+        noise = correlated_over * uniform_filter(noise, correlated_over, mode="wrap")
+    lift = sigma_mm * noise
     for burr in burrs:
         lift += burr.height_at(np.broadcast_to(curve[:, 0], shape), np.broadcast_to(phi, shape))
     outlier = rng.random(shape) < outlier_share

@@ -11,9 +11,9 @@ import numpy as np
 
 from bench.axis.bound import cramer_rao_deg
 from bench.axis.revolution import RevolutionScan, revolution_scan
-from burrscan.arrays import Bools, Floats
+from bench.score.shape import OFF_DEG, Z_95, axis_error
+from burrscan.arrays import Bools
 from burrscan.axis import find_axis
-from burrscan.axis.basis import perpendicular_basis
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
 
@@ -21,8 +21,6 @@ SIGMAS_MM = (0.05, 0.2, 1.0)
 ARCS_DEG = (140.0, 60.0)
 SHAPE = (484, 128)
 """Vertices around and along: 122,682 triangles."""
-OFF_DEG = 1.0
-"""A run that is off by more than this has found another axis."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class Row:
     median_deg, bound_deg
         Median angle between found and true axis, and the Cramér-Rao bound of its root mean square.
     off
-        Runs further off than :data:`OFF_DEG`; a run without an answer counts.
+        Runs further off than :data:`bench.score.shape.OFF_DEG`; a run without an answer counts.
     coverage
         Share of the stated 95 % intervals of tilt and offset that hold; NaN where none are stated.
     coverage_within
@@ -112,14 +110,6 @@ def _found(scan: RevolutionScan, method: str) -> Axis | None:
 
 def within_95(axis: Axis, scan: RevolutionScan) -> Bools:
     """(4,) whether each of two tilts and two offsets is within 1.96 of its stated sigma of the truth."""
-    held: Bools = np.abs(_error(axis, scan)) < 1.96 * np.sqrt(np.diag(axis.covariance))
+    error = axis_error(axis, point_mm=scan.point_mm, direction=scan.direction)
+    held: Bools = np.abs(error) < Z_95 * np.sqrt(np.diag(axis.covariance))
     return held
-
-
-def _error(axis: Axis, scan: RevolutionScan) -> Floats:
-    """Truth minus estimate in the axis's own parameters."""
-    basis = perpendicular_basis(axis.direction)
-    truth = scan.direction * np.sign(scan.direction @ axis.direction)
-    along = (axis.point_mm - scan.point_mm) @ axis.direction / (truth @ axis.direction)
-    offset = scan.point_mm + truth * along - axis.point_mm
-    return np.concatenate([basis.T @ np.cross(axis.direction, truth), basis.T @ offset])

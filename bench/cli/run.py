@@ -50,7 +50,7 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Run, print the score table, build the report."""
-    from bench.cli.score import caption, say_failures, terminal_table
+    from bench.cli.score import caption, goals_table, say_failures, terminal_table, times_table
     from bench.cli.tables import print_table
     from bench.report import build_report
     from bench.run.directory import load_run
@@ -64,6 +64,9 @@ def main(given: argparse.Namespace) -> int:
     run = load_run(out_dir)
     print_table(terminal_table(run))
     print(caption())
+    if goals := goals_table(run):
+        print_table(goals)
+    print_table(times_table(run))
     say_failures(run)
     print(f"report: {build_report(out_dir)}")
     return 0

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
+import statistics
 import sys
 
 from rich.table import Table
 
 from bench.cli.tables import plain_table
 from bench.run.directory import Run
+from bench.score.goals import goal_rows
 from bench.score.metric import Metric
 from bench.score.metrics import HEADLINE, metric_named
 from bench.score.summary import Row, score_table
+
+_DECIMALS = {"count": 1, "deg": 4}
 
 
 def terminal_table(run: Run) -> Table:
     """One row per value of the first swept parameter and variant."""
     names = run.suite.metrics or HEADLINE
-    by = next(iter(run.suite.sweep), None)
+    by = run.suite.divided_by
     table = plain_table(run.suite.title or run.suite.name)
-    for head in (by or "", "variant", "cases", "failed"):
+    for head in (*by, "variant", "cases", "failed"):
         table.add_column(head, no_wrap=True)
     for name in names:
         table.add_column(_head(metric_named(name)), justify="right", no_wrap=True)
@@ -27,14 +31,57 @@ def terminal_table(run: Run) -> Table:
     for row in score_table(run.records, names, by=by):
         if previous not in {None, row.group}:
             table.add_section()
+        heads = row.group or ("all", *[""] * (len(by) - 1))[: len(by)]
         table.add_row(
-            "" if row.group == previous else row.group,
+            *(heads if row.group != previous else [""] * len(by)),
             row.variant,
             str(row.cases),
             str(row.failed or ""),
             *_values(row),
         )
         previous = row.group
+    return table
+
+
+def goals_table(run: Run) -> Table | None:
+    """One row per goal of the suite; None where it has none."""
+    rows = goal_rows(run.suite, run.records)
+    if not rows:
+        return None
+    table = plain_table(f"Goals: {sum(row.met for row in rows)} of {len(rows)} met")
+    for head in ("metric", "where", "variant", "cases", "goal", "measured", ""):
+        table.add_column(head, justify="right" if head in {"cases", "goal", "measured"} else "left")
+    for row in rows:
+        metric = metric_named(row.goal.metric)
+        unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
+        wanted = " and ".join(
+            f"{sign} {_fine(metric, bound)}"
+            for sign, bound in (("≥", row.goal.at_least), ("≤", row.goal.at_most))
+            if bound is not None
+        )
+        table.add_row(
+            f"{metric.title} {unit}".strip(),
+            row.where,
+            row.variant,
+            str(row.cases),
+            wanted,
+            _fine(metric, row.measured),
+            "✓" if row.met else "✗ missed",
+        )
+    return table
+
+
+def times_table(run: Run) -> Table:
+    """Median wall time of each stage, a row per variant; workers that share the machine slow each other."""
+    variants = list(dict.fromkeys(record.variant for record in run.records))
+    stages = list(dict.fromkeys(stage for record in run.records for stage in record.timings_s))
+    table = plain_table("Median wall time per stage, ms")
+    for head in ("variant", *(stage.removesuffix("_s") for stage in stages)):
+        table.add_column(head, justify="left" if head == "variant" else "right")
+    for variant in variants:
+        mine = [record.timings_s for record in run.records if record.variant == variant]
+        known = [[times[stage] for times in mine if stage in times] for stage in stages]
+        table.add_row(variant, *(f"{1e3 * statistics.median(ts):.0f}" if ts else "–" for ts in known))
     return table
 
 
@@ -60,6 +107,11 @@ def _values(row: Row) -> list[str]:
     return [_text(metric_named(name), value) for name, value in row.values.items()]
 
 
+def _fine(metric: Metric, value: float) -> str:
+    """With as many digits as a goal may have."""
+    return f"{100.0 * value:.4g}" if metric.unit == "1" else f"{value:.4g}"
+
+
 def _text(metric: Metric, value: float) -> str:
     if math.isnan(value):
         return "–"
@@ -67,4 +119,4 @@ def _text(metric: Metric, value: float) -> str:
         return "failed"
     if metric.unit == "1":
         return f"{100.0 * value:.1f}"
-    return f"{value:.1f}" if metric.unit == "count" else f"{value:.3f}"
+    return f"{value:.{_DECIMALS.get(metric.unit, 3)}f}"

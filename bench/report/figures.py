@@ -66,7 +66,8 @@ def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
         found = load(directory.case(record.case) / f"{record.variant}.npz")
         if not (truth and found):
             continue
-        errors = np.abs(found["depth_error_mm"][np.isfinite(found["depth_error_mm"])].astype(float))
+        errors = np.abs(found.get("depth_error_mm", np.zeros(0)).astype(float))
+        errors = errors[np.isfinite(errors)]
         depths += [np.percentile(errors, 90.0)] if errors.size else []
         profiles.append(charts.error_limit_um([charts.error_um(found["generatrix"], truth["generatrix"])]))
         heights += list(truth["burr_height_mm"])
@@ -83,7 +84,7 @@ def scene_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) ->
         return ()
     curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items()}
     profile = truth["generatrix"].astype(float)
-    whites = [_camera(arrays["white"], truth, "white light") for arrays in found.values()][:1]
+    whites = [_camera(a["white"], truth, "white light") for a in found.values() if "white" in a][:1]
     return (
         *(Figure("Camera image under white light", white) for white in whites),
         Figure("True deviation from the generatrix", _true_map(truth, limits), "deviation"),
@@ -97,6 +98,14 @@ def scene_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) ->
 def variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
     """What one variant saw, decoded and measured; nothing where nothing was kept."""
     if not (truth and found):
+        return ()
+    deviation = Figure("Deviation and burrs", _found_map(truth, found, limits), "deviation")
+    return (*_scan_figures(truth, found, limits), deviation)
+
+
+def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
+    """What the scanner showed and saw; nothing for a mesh that nobody scanned."""
+    if "pixels" not in found:
         return ()
     part = window(truth)
     depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)
@@ -112,7 +121,6 @@ def variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figur
         *figures,
         Figure("What became of each pixel", picture(fates, "fate of the pixels"), "pixels"),
         Figure("Depth error, mm", picture(depth, "depth error"), "depth"),
-        Figure("Deviation and burrs", _found_map(truth, found, limits), "deviation"),
     )
 
 

@@ -32,6 +32,8 @@
 ``burr_match``      (N,) int16         index of the true burr it matches, or -1: a false call
 =================== ================== ======================================================================
 
+A mesh that nobody scanned has no pictures: only generatrix, unrolled map and burrs are there.
+
 Camera images and maps wider than 480 pixels are thinned by a whole factor (images by block means, maps by
 taking every n-th pixel); their ``(h, w)`` is therefore the preview's. Everything is in the true part frame,
 so that truth and variants lie on top of each other.
@@ -48,12 +50,13 @@ from numpy.typing import NDArray
 
 from bench.score.evidence import Evidence
 from bench.score.matching import Place
+from bench.score.part import MeshEvidence, MeshTruth, PartEvidence
 from bench.score.places import transform, true_place
-from bench.score.unrolled import seen, unrolled_grid
-from burrscan.arrays import Image
+from bench.score.unrolled import UnrolledGrid, grid_of, seen, unrolled_grid
+from burrscan.arrays import Floats, Image
 from burrscan.files import written_whole
 from scenes.truth import Truth
-from scenes.wheel import deviation_mm
+from scenes.wheel import TrueBurr, deviation_mm
 
 _WIDEST = 480
 
@@ -63,25 +66,27 @@ MEASURABLE, RIGHT, WRONG, SATURATED = 1, 2, 3, 4
 
 def save_truth(folder: Path, truth: Truth) -> None:
     """Write ``truth.npz``."""
-    points = truth.points_part_mm[seen(truth)]
-    grid = unrolled_grid(truth)
-    places = [true_place(burr) for burr in truth.wheel.burrs]
-    _save(
-        folder / "truth.npz",
-        measurable=_thinned(truth.measurable),
-        generatrix=truth.wheel.generatrix_zr_mm.astype(np.float32),
-        unrolled_mm=grid.mean(points, deviation_mm(points, truth.wheel.generatrix_zr_mm)),
-        unrolled_deg=np.array(grid.deg, np.float32),
-        unrolled_z_mm=np.array(grid.z_mm, np.float32),
-        burr_arc_deg=np.array([place.arc_deg for place in places], np.float32),
-        **_places(places),
-    )
+    points, wheel = truth.points_part_mm[seen(truth)], truth.wheel
+    maps = _true_maps(unrolled_grid(truth), points, wheel.generatrix_zr_mm, wheel.burrs)
+    _save(folder / "truth.npz", measurable=_thinned(truth.measurable), **maps)
+
+
+def save_mesh_truth(folder: Path, truth: MeshTruth, vertices_mm: Floats) -> None:
+    """Write ``truth.npz`` of a mesh that nobody scanned; its map is of the vertices, noise and all."""
+    points = transform(truth.T_part_mesh, vertices_mm)
+    _save(folder / "truth.npz", **_true_maps(grid_of(points), points, truth.generatrix_zr_mm, truth.burrs))
+
+
+def save_mesh_variant(folder: Path, variant: str, evidence: MeshEvidence, vertices_mm: Floats) -> None:
+    """Write ``<variant>.npz`` of a mesh that nobody scanned."""
+    points = transform(evidence.T_part_mesh, vertices_mm)
+    _save(folder / f"{variant}.npz", **_found_maps(grid_of(points), points, evidence))
 
 
 def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: int) -> None:
     """Write ``<variant>.npz``."""
-    scan, inspection = evidence.outcome.scan, evidence.outcome.inspection
-    vertices = transform(evidence.truth.T_part_camera, evidence.outcome.surface.vertices_mm)
+    scan = evidence.outcome.scan
+    vertices = transform(evidence.T_part_mesh, evidence.outcome.surface.vertices_mm)
     masks = {} if scan.intensity is None else {"intensity": np.round(scan.intensity * 255).astype(np.uint8)}
     _save(
         folder / f"{variant}.npz",
@@ -90,12 +95,32 @@ def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: 
         image=_preview(scan.image, saturation_dn),
         pixels=_thinned(_pixel_codes(evidence)),
         depth_error_mm=_thinned(evidence.depth_error_mm).astype(np.float16),
-        unrolled_mm=unrolled_grid(evidence.truth).mean(vertices, inspection.deviation_mm),
-        generatrix=evidence.generatrix_zr_mm.astype(np.float32),
-        burr_match=np.array(evidence.matching.match, np.int16),
-        **_places(evidence.matching.found),
+        **_found_maps(unrolled_grid(evidence.truth), vertices, evidence),
         **masks,
     )
+
+
+def _true_maps(
+    grid: UnrolledGrid, points_mm: Floats, generatrix_zr_mm: Floats, burrs: Sequence[TrueBurr]
+) -> dict[str, NDArray[Any]]:
+    places = [true_place(burr) for burr in burrs]
+    return {
+        "generatrix": generatrix_zr_mm.astype(np.float32),
+        "unrolled_mm": grid.mean(points_mm, deviation_mm(points_mm, generatrix_zr_mm)),
+        "unrolled_deg": np.array(grid.deg, np.float32),
+        "unrolled_z_mm": np.array(grid.z_mm, np.float32),
+        "burr_arc_deg": np.array([place.arc_deg for place in places], np.float32),
+        **_places(places),
+    }
+
+
+def _found_maps(grid: UnrolledGrid, points_mm: Floats, evidence: PartEvidence) -> dict[str, NDArray[Any]]:
+    return {
+        "unrolled_mm": grid.mean(points_mm, evidence.inspection.deviation_mm),
+        "generatrix": evidence.generatrix_zr_mm.astype(np.float32),
+        "burr_match": np.array(evidence.matching.match, np.int16),
+        **_places(evidence.matching.found),
+    }
 
 
 def _pixel_codes(evidence: Evidence) -> NDArray[np.uint8]:

@@ -5,13 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from bench.suites.sources import Source
 from bench.suites.suite import Variant
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is the same for all cases of a run: the variants, where to write, metrics of the user's own."""
+    """What is the same for all cases of a run.
+
+    Parameters
+    ----------
+    variants
+        The pipelines that look at every case.
+    out_dir
+        The run directory.
+    own_metrics
+        Metrics of the user's own, ``"module:attribute"``.
+    source
+        What cases are made of.
+
+    """
 
     variants: tuple[Variant, ...]
     out_dir: Path
     own_metrics: tuple[str, ...] = ()
+    source: Source = "scene"

@@ -10,33 +10,34 @@ import numpy as np
 
 from bench.score.evidence import Evidence
 from bench.score.matching import Place, turn_deg
+from bench.score.part import PartEvidence
 from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0
 
 
-def burr_found(evidence: Evidence) -> float:
+def burr_found(evidence: PartEvidence) -> float:
     """Share of the true burrs that were found: within 3 degrees, overlapping along the axis, same side."""
     best = evidence.matching.best
     return sum(piece >= 0 for piece in best) / len(best) if best else math.nan
 
 
-def false_calls(evidence: Evidence) -> float:
+def false_calls(evidence: PartEvidence) -> float:
     """Burrs reported where there is none. Pieces of a burr that was found are not false calls."""
     return float(sum(owner < 0 for owner in evidence.matching.match))
 
 
-def burr_angle_deg(evidence: Evidence) -> float:
+def burr_angle_deg(evidence: PartEvidence) -> float:
     """Mean absolute error of the angle of the burrs found."""
     return _mean_over_hits(evidence, angle_error_deg)
 
 
-def burr_height_mm(evidence: Evidence) -> float:
+def burr_height_mm(evidence: PartEvidence) -> float:
     """Mean absolute error of the height of the burrs found."""
     return _mean_over_hits(evidence, height_error_mm)
 
 
-def burr_extent_mm(evidence: Evidence) -> float:
+def burr_extent_mm(evidence: PartEvidence) -> float:
     """Mean absolute error of the two ends along the axis of the burrs found."""
     return _mean_over_hits(evidence, lambda found, true: sum(map(abs, end_errors_mm(found, true))) / 2.0)
 
@@ -86,24 +87,35 @@ def length_mm(evidence: Evidence, number: int, good: Bools) -> float:
     return _STEP_MM * int(np.count_nonzero(majority >= 0.0))
 
 
-def burr_tables(evidence: Evidence) -> tuple[Mapping[str, Any], ...]:
+def burr_tables(evidence: PartEvidence) -> tuple[Mapping[str, Any], ...]:
     """One table per true burr: what it was, how much of it was seen and measured, what was found of it."""
     return tuple(_table(evidence, number, place) for number, place in enumerate(evidence.matching.true))
 
 
-def _table(evidence: Evidence, number: int, true: Place) -> Mapping[str, Any]:
+def _table(evidence: PartEvidence, number: int, true: Place) -> Mapping[str, Any]:
     piece = evidence.matching.best[number]
+    burr = evidence.true_burrs[number]
+    visible, measurable, covered = _lengths_mm(evidence, number)
     table: dict[str, Any] = {
-        "kind": evidence.truth.wheel.burrs[number].kind,
+        "kind": burr.kind,
         "side": true.side,
         "height_mm": true.height_mm,
-        "width_mm": float(evidence.truth.wheel.burrs[number].width_mm),
-        "visible_mm": visible_mm(evidence, number),
-        "measurable_mm": length_mm(evidence, number, evidence.truth.measurable),
-        "covered_mm": length_mm(evidence, number, evidence.right),
+        "width_mm": float(burr.width_mm),
+        "visible_mm": visible,
+        "measurable_mm": measurable,
+        "covered_mm": covered,
         "found": piece >= 0,
     }
     return table if piece < 0 else table | _errors(evidence.matching.found[piece], true)
+
+
+def _lengths_mm(evidence: PartEvidence, number: int) -> tuple[float, float, float]:
+    """Visible, measurable and covered length; a synthetic mesh shows and covers all of its burrs."""
+    if not isinstance(evidence, Evidence):
+        return (evidence.true_burrs[number].length_mm,) * 3
+    good = (np.ones_like(evidence.right), evidence.truth.measurable, evidence.right)
+    visible, measurable, covered = (length_mm(evidence, number, pixels) for pixels in good)
+    return visible, measurable, covered
 
 
 def _errors(found: Place, true: Place) -> dict[str, float]:
@@ -116,7 +128,7 @@ def _errors(found: Place, true: Place) -> dict[str, float]:
     }
 
 
-def _mean_over_hits(evidence: Evidence, error: Callable[[Place, Place], float]) -> float:
+def _mean_over_hits(evidence: PartEvidence, error: Callable[[Place, Place], float]) -> float:
     matching = evidence.matching
     errors = [
         abs(error(matching.found[piece], true))

@@ -7,11 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from bench.score.matching import Matching, match_places
-from bench.score.places import along_axis_mm, found_place, true_place
+from bench.score.matching import Matching
+from bench.score.part import generatrix_in_part, matched, part_found
 from burrscan.arrays import Bools, Floats, Floats32
+from burrscan.inspection import Inspection
 from burrscan.pipeline import Outcome
 from scenes.truth import Truth
+from scenes.wheel import TrueBurr
 
 RIGHT_WITHIN_PX = 1.0
 """A correspondence is right within this distance of the truth, projector pixels (issue 2)."""
@@ -19,7 +21,9 @@ RIGHT_WITHIN_PX = 1.0
 
 @dataclass(frozen=True)
 class Evidence:
-    """One variant's outcome of one case, and the truth of that case.
+    """One variant's outcome of one scanned case, and the truth of that case.
+
+    It is a :class:`bench.score.part.PartEvidence` too, whose mesh frame is the camera's.
 
     Parameters
     ----------
@@ -66,23 +70,42 @@ class Evidence:
         error = self.outcome.surface.points_mm[..., 2] - self.truth.points_mm[..., 2]
         return np.where(stated, error, np.nan)
 
+    @property
+    def inspection(self) -> Inspection:
+        """What was found on the mesh."""
+        return self.outcome.inspection
+
+    @property
+    def true_generatrix_zr_mm(self) -> Floats:
+        """(K, 2) the true outline, the outside to its left."""
+        return self.truth.wheel.generatrix_zr_mm
+
+    @property
+    def true_burrs(self) -> tuple[TrueBurr, ...]:
+        """The burrs that are there."""
+        return self.truth.wheel.burrs
+
+    @property
+    def T_part_mesh(self) -> Floats:  # noqa: N802 (T_target_source)
+        """(4, 4) from the camera frame to the true part frame."""
+        return self.truth.T_part_camera
+
+    @property
+    def axis_bound(self) -> Floats | None:
+        """No bound of the axis is known for a scan: its noise is neither independent nor even."""
+        return None
+
     @cached_property
-    def T_part_found(self) -> Floats:  # noqa: N802 (T_target_source)
+    def T_part_found(self) -> Floats:  # noqa: N802
         """(4, 4) from the part frame that was found to the true one."""
-        return self.truth.T_part_camera @ np.linalg.inv(self.outcome.inspection.T_part_mesh)
+        return part_found(self.T_part_mesh, self.inspection)
 
     @cached_property
     def generatrix_zr_mm(self) -> Floats:
         """(K, 2) the generatrix found, its z carried to the true part frame, its r as found."""
-        found = self.outcome.inspection.generatrix
-        return np.column_stack([along_axis_mm(self.T_part_found, found.z_mm), found.r_mm])
+        return generatrix_in_part(self.T_part_found, self.inspection)
 
     @cached_property
     def matching(self) -> Matching:
         """Burrs found against true burrs."""
-        true = [true_place(burr) for burr in self.truth.wheel.burrs]
-        found = [
-            found_place(burr, T_part_camera=self.truth.T_part_camera, T_part_found=self.T_part_found)
-            for burr in self.outcome.inspection.burrs
-        ]
-        return match_places(true, found)
+        return matched(self.true_burrs, self.inspection, self.T_part_mesh, self.T_part_found)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
-
-from bench.score.evidence import Evidence
+from typing import Any, Literal
 
 
 @dataclass(frozen=True)
@@ -30,6 +28,9 @@ class Metric:
     on_failure
         What a case without a result counts as: the worst value where there is one; infinity, which ranks
         behind every error, where there is none; NaN for what is neither good nor bad.
+    needs
+        ``scan`` where ``measure`` takes :class:`bench.score.Evidence`, which a mesh that nobody scanned has
+        not; ``part`` where a :class:`bench.score.part.PartEvidence` will do.
 
     """
 
@@ -39,8 +40,9 @@ class Metric:
     better: Literal["higher", "lower"]
     version: int
     source: str
-    measure: Callable[[Evidence], float]
+    measure: Callable[[Any], float]
     on_failure: float
+    needs: Literal["scan", "part"] = "scan"
 
     @property
     def description(self) -> str:

@@ -10,8 +10,6 @@ import numpy as np
 from bench.run.records import Record
 from bench.score.metrics import metric_named
 
-EVERYTHING = "all"
-
 
 @dataclass(frozen=True)
 class Row:
@@ -20,7 +18,7 @@ class Row:
     Parameters
     ----------
     group, variant
-        Which records: those whose first swept parameter has this value, or all.
+        Which records: those whose parameters have these values, or all (an empty group).
     cases, failed
         How many, and how many of them have no result.
     values
@@ -28,15 +26,15 @@ class Row:
 
     """
 
-    group: str
+    group: tuple[str, ...]
     variant: str
     cases: int
     failed: int
     values: Mapping[str, float]
 
 
-def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: str | None) -> list[Row]:
-    """Summarise records per value of the parameter ``by`` and variant, then over all.
+def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: Sequence[str]) -> list[Row]:
+    """Summarise records per values of the parameters ``by`` and variant, then over all.
 
     Errors (px, mm, deg) are summarised by their median, in which a case without a result ranks behind every
     error; shares and counts by their mean. O(records × metrics).
@@ -44,12 +42,12 @@ def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: str | 
     names = tuple(metrics)
     groups = list(dict.fromkeys(_group(record, by) for record in records)) if by else []
     variants = list(dict.fromkeys(record.variant for record in records))
-    wanted = [(group, variant) for group in [*groups, EVERYTHING] for variant in variants]
+    wanted = [(group, variant) for group in [*groups, ()] for variant in variants]
     return [
         _row(
             group,
             variant,
-            [r for r in records if r.variant == variant and group in {_group(r, by), EVERYTHING}],
+            [r for r in records if r.variant == variant and group in {_group(r, by), ()}],
             names,
         )
         for group, variant in wanted
@@ -71,10 +69,10 @@ def value_of(record: Record, name: str) -> float:
     return metric_named(name).on_failure if record.failure else record.metrics.get(name, np.nan)
 
 
-def _group(record: Record, by: str | None) -> str:
-    return str(record.parameters.get(by)) if by else EVERYTHING
+def _group(record: Record, by: Sequence[str]) -> tuple[str, ...]:
+    return tuple(str(record.parameters.get(path)) for path in by)
 
 
-def _row(group: str, variant: str, records: Sequence[Record], names: Sequence[str]) -> Row:
+def _row(group: tuple[str, ...], variant: str, records: Sequence[Record], names: Sequence[str]) -> Row:
     failed = sum(record.failure is not None for record in records)
     return Row(group, variant, len(records), failed, {name: summarise(name, records) for name in names})

@@ -53,7 +53,12 @@ def seen(truth: Truth) -> Bools:
 
 def unrolled_grid(truth: Truth) -> UnrolledGrid:
     """The grid that holds everything the camera and the projector both see."""
-    x, y, z = truth.points_part_mm[seen(truth)].T
+    return grid_of(truth.points_part_mm[seen(truth)])
+
+
+def grid_of(points_mm: Floats) -> UnrolledGrid:
+    """The grid that holds part-frame points (N, 3)."""
+    x, y, z = points_mm.T
     z_mm = (float(np.floor(z.min())), float(np.ceil(z.max())))
     middle = float(np.degrees(np.arctan2(y.mean(), x.mean())))
     turns = turn_deg(np.degrees(np.arctan2(y, x)), middle)

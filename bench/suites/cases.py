@@ -13,10 +13,10 @@ from typing import Any
 from bench.suites.case import Case
 from bench.suites.identity import content_hash, stream
 from bench.suites.paths import override
+from bench.suites.sources import HASHES
 from bench.suites.suite import Suite, problems_of, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
-from scenes.scene import scene_from, scene_hash
 
 _LONGEST_ID = 160
 
@@ -45,7 +45,7 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
             cases.append(_case(suite, point, case_seed, seed))
         except InputError as error:
             problems |= dict.fromkeys(problems_of(error))  # many cases share them
-    refuse(list(problems), "scene")
+    refuse(list(problems), suite.source)
     return tuple(cases)
 
 
@@ -89,8 +89,7 @@ def _case(suite: Suite, point: Mapping[str, Any], seed: int, run_seed: int) -> C
     for path, (low, high) in suite.jitter.items():
         document = override(document, path, float(stream(identity, path).uniform(low, high)))
     parameters = {**{path: label(value) for path, value in point.items()}, "seed": seed}
-    scene = scene_from(document, source="scene")
-    return Case(_id(parameters), parameters, seed, document, scene_hash(scene), identity)
+    return Case(_id(parameters), parameters, seed, document, HASHES[suite.source](document), identity)
 
 
 def _id(parameters: Mapping[str, Any]) -> str:

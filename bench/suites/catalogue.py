@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -83,6 +83,7 @@ def _scene(table: Any, path: Path) -> Any:
 def _problems(suite: Suite) -> Iterator[str]:
     """Everything that is wrong with what the suite names."""
     yield from _metric_problems(suite)
+    yield from _goal_problems(suite)
     for variant in suite.variant:
         yield from _listed(f"variant '{variant.name}'", partial(pipeline_of, variant))
     yield from _listed("scene", lambda: _no_twins(expand(suite)))
@@ -100,6 +101,23 @@ def _metric_problems(suite: Suite) -> Iterator[str]:
     for gate in suite.gate:
         if gate.metric not in {"failures", *METRICS, *suite.metrics}:
             yield f"gate: unknown metric '{gate.metric}': {suggest(gate.metric, ['failures', *METRICS])}"
+
+
+def _goal_problems(suite: Suite) -> Iterator[str]:
+    for goal in suite.goal:
+        yield from _listed("goal", partial(metric_named, goal.metric))
+        if goal.at_least is None and goal.at_most is None:
+            yield f"goal: '{goal.metric}' has neither at_least nor at_most"
+        if goal.variant and goal.variant not in (names := [v.name for v in suite.variant]):
+            yield f"goal: unknown variant '{goal.variant}': {suggest(goal.variant, names)}"
+        yield from (f"goal: {problem}" for problem in _path_problems(suite, goal.where))
+    yield from (f"groups: {problem}" for problem in _path_problems(suite, suite.groups))
+
+
+def _path_problems(suite: Suite, paths: Iterable[str]) -> Iterator[str]:
+    for path in paths:
+        if path not in suite.sweep:
+            yield f"'{path}' is not swept: {suggest(path, list(suite.sweep))}"
 
 
 def _listed(where: str, attempt: Callable[[], object]) -> Iterator[str]:

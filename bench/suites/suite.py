@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from bench.suites.paths import flatten
+from bench.suites.sources import Source
 from burrscan.documents import STRICT, build
 from burrscan.errors import InputError
 
@@ -58,6 +59,32 @@ class Gate:
 
 
 @dataclass(frozen=True)
+class Goal:
+    """What a metric is wanted to reach; it is reported, and decides nothing.
+
+    Parameters
+    ----------
+    metric
+        Its name; it is summarised over the cases as in the score table.
+    at_least, at_most
+        The bounds, in the metric's unit.
+    where
+        Swept path to value: the cases it is about; all by default.
+    variant
+        Of whom; the suite's first variant by default.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    metric: str
+    at_least: float | None = None
+    at_most: float | None = None
+    where: Mapping[str, str | float | int | bool] = field(default_factory=dict)
+    variant: str = ""
+
+
+@dataclass(frozen=True)
 class Suite:
     """What a run measures: scene points × seeds, each seen by every variant.
 
@@ -70,6 +97,9 @@ class Suite:
         or a file) and hold only what differs from it; :func:`bench.suites.load_suite` lays the two together.
     variant
         The pipelines under test.
+    source
+        What ``scene`` describes: a scene to be rendered and scanned, or a synthetic mesh
+        (:class:`bench.axis.spec.MeshSpec`), which is only inspected.
     sweep
         Dotted path in the scene to the values it takes; the points are the full grid, the last path fastest.
     seeds
@@ -80,6 +110,10 @@ class Suite:
         Names for the score table; empty for the usual ones. Every metric is recorded in any case.
     gate
         What ``burrscan compare`` judges by; empty for the usual metrics and margins.
+    groups
+        Swept paths by whose values the score table is divided; the first one by default.
+    goal
+        What the numbers are wanted to be.
 
     """
 
@@ -90,11 +124,19 @@ class Suite:
     variant: Annotated[tuple[Variant, ...], Field(min_length=1)]
     title: str = ""
     description: str = ""
+    source: Source = "scene"
     sweep: Mapping[str, Values] = field(default_factory=dict)
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
     jitter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     metrics: tuple[str, ...] = ()
     gate: tuple[Gate, ...] = ()
+    groups: tuple[str, ...] = ()
+    goal: tuple[Goal, ...] = ()
+
+    @property
+    def divided_by(self) -> tuple[str, ...]:
+        """The swept paths that divide the score table."""
+        return self.groups or tuple(self.sweep)[:1]
 
     def document(self) -> dict[str, Any]:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""

@@ -122,7 +122,7 @@ def evidence(
     )  # fmt: skip
     frame = T_PART_CAMERA if T_found_part is None else T_found_part @ T_PART_CAMERA
     back = np.asarray(np.linalg.inv(frame), float)
-    axis = Axis(point_mm=back[:3, 3], direction=back[:3, 2], covariance=np.zeros((4, 4)), method="ideal")
+    axis = Axis(point_mm=back[:3, 3], direction=back[:3, 2], covariance=1e-6 * np.eye(4), method="ideal")
     ones = np.ones(len(profile))
     inspection = Inspection(
         axis=axis, generatrix=Generatrix(profile[:, 0], profile[:, 1], 0.1 * ones, 0.2 * ones), burrs=found,

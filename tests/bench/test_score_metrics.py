@@ -19,13 +19,18 @@ PERFECT = {
     "generatrix_rms_mm": 0.0, "band_mm": 0.2, "burr_found": 1.0, "burr_coverage": 1.0, "burr_angle_deg": 0.0,
     "burr_height_mm": 0.0, "burr_extent_mm": 0.0, "false_calls": 0.0, "frames": 42.0, "saturated_share": 0.0,
     "u_rms_px": 0.0, "bound_ratio": 0.0, "pull_spread": 0.0,
+    "axis_off": 0.0, "axis_held": 1.0, "axis_bound_deg": math.nan,
 }  # fmt: skip
 COLUMN_METRICS = {"u_rms_px", "bound_ratio", "pull_spread"}
 HIT = found_burr(90.0, (-10.0, 10.0))
 
 
 def changed(metrics: dict[str, float]) -> set[str]:
-    return {name for name, value in metrics.items() if value != pytest.approx(PERFECT[name], abs=1e-5)}
+    return {
+        name
+        for name, value in metrics.items()
+        if value != pytest.approx(PERFECT[name], abs=1e-5, nan_ok=True)
+    }
 
 
 def turned(tilt_deg: float, offset_mm: float) -> np.ndarray:
@@ -81,6 +86,16 @@ def test_a_turned_and_shifted_axis_is_measured(tilt: float, offset: float) -> No
     metrics = measure(evidence(T_found_part=turned(tilt, offset)))
     assert metrics["axis_deg"] == pytest.approx(abs(tilt), abs=1e-6)
     assert metrics["axis_offset_mm"] == pytest.approx(abs(offset), abs=1e-6)
+
+
+def test_an_interval_holds_as_far_as_it_says() -> None:
+    """Stated: 1 mrad and 1 um; a tilt about one axis and an offset along one are two of four."""
+    stated_deg = math.degrees(1e-3)
+    inside = measure(evidence(T_found_part=turned(1.9 * stated_deg, 1.9e-3)))
+    assert inside["axis_held"] == 1.0
+    assert measure(evidence(T_found_part=turned(3.0 * stated_deg, 0.0)))["axis_held"] < 1.0
+    assert measure(evidence(T_found_part=turned(0.99, 0.0)))["axis_off"] == 0.0
+    assert measure(evidence(T_found_part=turned(1.01, 0.0)))["axis_off"] == 1.0
 
 
 def test_an_axis_that_points_the_other_way_is_the_same_axis() -> None:

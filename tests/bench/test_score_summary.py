@@ -10,7 +10,7 @@ import pytest
 
 from bench.run.records import Failure, Record, append, read
 from bench.score.metrics import failed_metrics
-from bench.score.summary import EVERYTHING, score_table, summarise
+from bench.score.summary import score_table, summarise
 from bench.score.unrolled import UnrolledGrid, unrolled_grid
 from tests.bench.ideal import RADIUS_MM, truth
 
@@ -55,17 +55,17 @@ def test_rows_are_groups_times_variants_and_then_all() -> None:
         for finish in ("matte", "turned")
         for variant in ("a", "b")
     ]
-    rows = score_table(records, ["coverage"], by="finish")
+    rows = score_table(records, ["coverage"], by=["finish"])
     assert [(r.group, r.variant, r.cases, r.failed) for r in rows] == [
-        ("matte", "a", 1, 0),
-        ("matte", "b", 1, 0),
-        ("turned", "a", 1, 0),
-        ("turned", "b", 1, 1),
-        (EVERYTHING, "a", 2, 0),
-        (EVERYTHING, "b", 2, 1),
+        (("matte",), "a", 1, 0),
+        (("matte",), "b", 1, 0),
+        (("turned",), "a", 1, 0),
+        (("turned",), "b", 1, 1),
+        ((), "a", 2, 0),
+        ((), "b", 2, 1),
     ]
     assert rows[-1].values["coverage"] == pytest.approx(0.25)
-    assert len(score_table(records, ["coverage"], by=None)) == 2
+    assert len(score_table(records, ["coverage"], by=[])) == 2
 
 
 def test_an_unrolled_map_runs_on_past_half_a_turn() -> None:

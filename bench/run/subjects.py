@@ -1,0 +1,141 @@
+"""What a case is made into: something that any pipeline can look at, and the evidence that comes of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.axis.bound import cramer_rao_covariance
+from bench.axis.spec import MeshSpec, RidgeSpec, mesh_from, scanned
+from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
+from bench.score.evidence import Evidence
+from bench.score.part import MeshEvidence, MeshTruth
+from bench.suites.case import Case
+from bench.suites.identity import entropy
+from bench.suites.sources import Source
+from burrscan.arrays import Floats, Floats32
+from burrscan.linear import linear_camera
+from burrscan.pipeline import Pipeline, inspect_surface, run
+from scenes.bound import WatchedScanner, bound_px
+from scenes.scene import scene_from
+from scenes.simulate import Simulation, simulate
+from scenes.transport.matrix import LightTransport
+from scenes.transport.store import default_folder
+from scenes.wheel import TrueBurr
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one pipeline made of a case.
+
+    Parameters
+    ----------
+    evidence
+        For the metrics.
+    timings_s
+        Wall time per stage.
+    keep
+        Writes its pictures and maps to a case's folder, under a variant's name.
+
+    """
+
+    evidence: Evidence | MeshEvidence
+    timings_s: Mapping[str, float]
+    keep: Callable[[Path, str], None]
+
+
+Subject = Callable[[Pipeline], Look]
+
+
+def scene_subject(case: Case, folder: Path) -> Subject:
+    """Simulate a scene once; its truth goes to the case's folder."""
+    simulation = simulate(
+        scene_from(case.document, source=case.id),
+        identity=entropy(case.identity),
+        cache_dir=default_folder(),
+    )
+    save_truth(folder, simulation.truth)
+    return lambda pipeline: _scan(simulation, pipeline)
+
+
+def mesh_subject(case: Case, folder: Path) -> Subject:
+    """Make a synthetic mesh once; its truth goes to the case's folder."""
+    start = time.perf_counter()
+    spec = mesh_from(case.document, source=case.id)
+    scan = scanned(spec, identity=entropy(case.identity))
+    truth = MeshTruth(
+        T_part_mesh=np.linalg.inv(scan.T_mesh_part).astype(float),
+        generatrix_zr_mm=spec.profile_zr_mm,
+        burrs=tuple(_true_burr(burr, spec) for burr in spec.burrs),
+        axis_bound=_bound(spec),
+    )
+    save_mesh_truth(folder, truth, scan.vertices_mm)
+    made_s = time.perf_counter() - start
+
+    def look(pipeline: Pipeline) -> Look:
+        inspection = inspect_surface(scan.vertices_mm, scan.faces, pipeline)
+        evidence = MeshEvidence(truth, inspection)
+        return Look(
+            evidence,
+            {"mesh": made_s, **inspection.timings_s},
+            lambda where, variant: save_mesh_variant(where, variant, evidence, scan.vertices_mm),
+        )
+
+    return look
+
+
+SUBJECTS: dict[Source, Callable[[Case, Path], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
+"""By a suite's source, how a case is made."""
+
+
+def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
+    scanner = WatchedScanner(simulation.scanner())
+    outcome = run(scanner, pipeline)
+    evidence = Evidence(simulation.truth, outcome, _bound_px(simulation, scanner))
+    white_dn = linear_camera(scanner.camera).saturation_dn
+    return Look(
+        evidence,
+        {**simulation.timings_s, **outcome.inspection.timings_s},
+        lambda where, variant: save_variant(where, variant, evidence, white_dn),
+    )
+
+
+def _bound_px(simulation: Simulation, scanner: WatchedScanner) -> Floats32 | None:
+    """The bound of what was shown; None in colour, and where stock Mitsuba renders, which traces nothing."""
+    light = simulation.light
+    if simulation.bands or not isinstance(light, LightTransport):
+        return None
+    return bound_px(light, simulation.scene, scanner.shots)
+
+
+def _bound(spec: MeshSpec) -> Floats | None:
+    """The axis's bound; none where there is no noise, and for independent noise only."""
+    if spec.sigma_mm == 0.0 or spec.correlated_over > 1:
+        return None
+    return cramer_rao_covariance(
+        spec.profile_zr_mm,
+        arc_deg=spec.arc_deg,
+        shape=(spec.around, spec.along),
+        sigma_mm=spec.scale * spec.sigma_mm,
+    )
+
+
+def _true_burr(burr: RidgeSpec, spec: MeshSpec) -> TrueBurr:
+    """A ridge as it is: its extent ends where the part does, its base is an arc of the radius there."""
+    z, r = spec.profile_zr_mm.T
+    start, end = (
+        float(np.clip(spec.scale * end_mm, z.min(), z.max())) for end_mm in (burr.z_start_mm, burr.z_end_mm)
+    )
+    width = float(np.radians(burr.width_deg) * np.mean(r))
+    height, length = spec.scale * burr.height_mm, end - start
+    ridge = np.zeros((0, 3))
+    return TrueBurr(
+        kind="axial_ridge", side="protrusion", angle_deg=burr.angle_deg, z_start_mm=start, z_end_mm=end,
+        height_mm=height, width_mm=width, length_mm=length, area_mm2=0.5 * width * height,
+        volume_mm3=0.5 * width * height * length, ridge_mm=ridge, deviation_mm=np.zeros(0),
+        arc_deg=burr.width_deg,
+    )  # fmt: skip

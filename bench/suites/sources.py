@@ -1,0 +1,21 @@
+"""What a case's tables describe: a scene to be rendered, or a synthetic mesh. One table, no third place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+from bench.axis.spec import mesh_hash
+from scenes.scene import scene_from, scene_hash
+
+Source = Literal["scene", "mesh"]
+"""``scene``: rendered, scanned and inspected (:mod:`scenes.scene`). ``mesh``: only inspected
+(:mod:`bench.axis.spec`); the metrics of a scan do not apply."""
+
+
+def _scene_hash(document: Mapping[str, Any]) -> str:
+    return scene_hash(scene_from(document, source="scene"))
+
+
+HASHES: dict[Source, Callable[[Mapping[str, Any]], str]] = {"scene": _scene_hash, "mesh": mesh_hash}
+"""By source, the content hash of a case's tables; raises InputError with every error in them."""
