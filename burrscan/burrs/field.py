@@ -31,6 +31,10 @@ _SECTOR = np.radians(10.0)
 """Angle over which the noise is compared between parts of the arc."""
 _QUIETEST = 0.3
 """A row is never taken to be quieter than this share of the whole."""
+_FINEST_ROW = 60
+"""Vertices that the level of a parallel takes."""
+_MOST_PARTS = 8
+_FEWEST_LEVELLED = 8
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,12 @@ class Field:
         (start, extent) of the angles, radians; a whole turn closes on itself.
     count, score
         (rows, columns) vertices per cell, and the sum of their deviations in units of their noise, clipped.
+    local_mm
+        (N,) noise that the data show around each vertex, whatever is stated of it.
+    stated_mm
+        (N,) stated noise as it was given, 0 where none was.
+    border
+        (N,) True for vertices on the border of the mesh.
 
     """
 
@@ -69,6 +79,9 @@ class Field:
     arc: tuple[float, float]
     count: Floats
     score: Floats
+    local_mm: Floats
+    stated_mm: Floats
+    border: Bools
 
     @property
     def spacing_mm(self) -> float:
@@ -115,12 +128,29 @@ def _gridded(
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
         cell = _cells(along, angle, arc, step_mm, step_rad, shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
-    sigma = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
-    sigma = np.maximum(sigma, calibrated(stated, deviation))
+    deviation = _flattened(deviation, along, step_mm, shape[0], spread)
+    local = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
+    sigma = np.maximum(local, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
     count, score = _summed(deviation, sigma, cell, shape)
-    return Field(along, angle, deviation, sigma, place, normal, cell, step_mm, step_rad, arc, count, score)
+    return Field(
+        along,
+        angle,
+        deviation,
+        sigma,
+        place,
+        normal,
+        cell,
+        step_mm,
+        step_rad,
+        arc,
+        count,
+        score,
+        local,
+        stated,
+        doubtful,
+    )
 
 
 def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[float, float, tuple[int, int]]:
@@ -217,6 +247,43 @@ def levelled(
     mean, spread = core_of(deviation, cell, shape[0], overall)
     deviation = deviation - mean[cell[:, 0]]
     return deviation, np.maximum(spread, _QUIETEST * overall)
+
+
+def _flattened(deviation: Floats, along: Floats, step_mm: float, rows: int, spread: Floats) -> Floats:
+    """Deviations less the level of their parallel, which is finer than a row where there are many vertices.
+
+    What is common to a parallel is the generatrix's error, not a burr: edges of the part are rounded off
+    within less than a row.
+    """
+    parts = int(np.clip(len(deviation) / (rows * _FINEST_ROW), 1, _MOST_PARTS))
+    parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * rows - 1)
+    level = _levels(deviation, parallel, parts * rows, 3.0 * _CORE * float(np.median(spread)))
+    return np.asarray(deviation - level[parallel])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _levels(values: Floats, parallel: Ints32, count: int, near: float) -> Floats:
+    """Level of every parallel: the median where most of its values are not near 0, else 0. O(N)."""
+    every, off = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    for i in range(len(values)):
+        every[parallel[i]] += 1
+        off[parallel[i]] += abs(values[i]) > near
+    level = np.zeros(count)
+    bad = (2 * off > every) & (every >= _FEWEST_LEVELLED)
+    if not bad.any():
+        return level
+    begin = np.cumsum(np.where(bad, every, 0))
+    place = begin - np.where(bad, every, 0)
+    sorted_values = np.empty(begin[-1])
+    for i in range(len(values)):
+        k = parallel[i]
+        if bad[k]:
+            sorted_values[place[k]] = values[i]
+            place[k] += 1
+    for k in range(count):
+        if bad[k]:
+            level[k] = np.median(sorted_values[begin[k] - every[k] : begin[k]])
+    return level
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

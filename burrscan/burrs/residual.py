@@ -7,8 +7,9 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.contrast import boxed, convincing
 from burrscan.burrs.describe import Site, describe
-from burrscan.burrs.detect import Region, regions
+from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
+from burrscan.burrs.shared import Doubt, doubt_of, noise_around
 from burrscan.inspection import Axis, Burr, Generatrix
 
 _MARGIN = 4
@@ -53,12 +54,44 @@ def burrs_residual(
 
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
-    found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
+    found = regions(field, false_calls_per_wheel=false_calls_per_wheel)
+    if not found:
+        return ()
+    least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
+    measured = _measured(field, convincing(field, found), axis, limit_mm)
+    doubt = doubt_of(field)
+    return tuple(burr for burr, site in measured if _certain(field, doubt, site, burr) > least)
+
+
+def _measured(
+    field: Field, found: list[Region], axis: Axis, limit_mm: float | None
+) -> list[tuple[Burr, Site]]:
+    """Every region's measure, of those that have one."""
     taken = np.zeros(field.count.shape, dtype=np.bool_)
     for region in found:
         taken |= region.cells
-    burrs = (describe(field, _site(field, region, taken), axis, limit_mm=limit_mm) for region in found)
-    return tuple(burr for burr in burrs if burr is not None)
+    sites = [_site(field, region, taken) for region in found]
+    burrs = [describe(field, site, axis, limit_mm=limit_mm) for site in sites]
+    return [(burr, site) for burr, site in zip(burrs, sites, strict=True) if burr is not None]
+
+
+def _certain(field: Field, doubt: Doubt, site: Site, burr: Burr) -> float:
+    """How many standard deviations a burr is high, errors that neighbours share counted.
+
+    Shared errors are as wide as they are long: over a burr's length there are as many independent ones as it
+    is longer than wide.
+    """
+    on = site.chosen[site.on]
+    lift = site.sign * field.deviation_mm[on]
+    rising = lift > 0.0
+    if not rising.any():
+        return 0.0
+    high = float(np.quantile(lift[rising], 0.8))
+    crest = on[lift >= 0.5 * high]
+    noise = noise_around(field, doubt, crest, site.chosen)
+    width = max(burr.width_mm.value, 2.0 * field.spacing_mm)
+    looks = max(burr.length_mm.value / width, 1.0)
+    return high / float(np.hypot(noise.own_mm * np.sqrt(3.0 / len(crest)), noise.shared_mm / np.sqrt(looks)))
 
 
 def _site(field: Field, region: Region, taken: Bools) -> Site:
