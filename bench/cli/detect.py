@@ -11,7 +11,8 @@ from bench.cli.grammar import Commands, add_inspection_options, command
 _DETAILS = """\
 The geometry half of the pipeline on a mesh of your own, in its own frame. Angles of burrs are
 counted about the axis found, from the first direction perpendicular to it (T_part_mesh in the
-JSON says which). The PLY carries a float property 'deviation_mm' per vertex."""
+JSON says which; docs/inspection.schema.json describes the file). The PLY carries a float property
+'deviation_mm' per vertex."""
 
 _EXAMPLES = """\
   burrscan detect wheel.stl
