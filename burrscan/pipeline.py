@@ -25,6 +25,8 @@ from burrscan.surface import Surface
 from burrscan.variants import check_parameters, resolve
 from burrscan.welding import welded
 
+_NOTE = "raised in stage "
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -97,6 +99,12 @@ def stage_function(stage: Stage, kind: str) -> Callable[..., Any]:
     return functools.partial(function, **stage.parameters)
 
 
+def stage_of(error: BaseException) -> str:
+    """The stage that raised an error (:func:`run` notes it), empty where none is known."""
+    notes = [note for note in getattr(error, "__notes__", ()) if note.startswith(_NOTE)]
+    return notes[0].removeprefix(_NOTE) if notes else ""
+
+
 def check(pipeline: Pipeline) -> None:
     """Refuse a pipeline with an unknown method or parameter, before anything runs.
 
@@ -163,7 +171,7 @@ def inspect_surface(
     O(V + T).
 
     """
-    vertices, used, sigma, row = _usable(vertices_mm, faces, sigma_mm)
+    vertices, used, sigma, row = _noted("surface", _usable, vertices_mm, faces, sigma_mm)
     timings: dict[str, float] = {}
     axis = _timed(timings, "axis", stage_function(pipeline.axis, "axis"), vertices, used, sigma_mm=sigma)
     generatrix = _timed(
@@ -238,6 +246,15 @@ def _timed(
     timings: dict[str, float], name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
 ) -> Any:
     start = time.perf_counter()
-    result = function(*args, **kwargs)
+    result = _noted(name, function, *args, **kwargs)
     timings[name] = time.perf_counter() - start
     return result
+
+
+def _noted(name: str, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """Call a stage; what it raises says which stage that was, its message left as it is."""
+    try:
+        return function(*args, **kwargs)
+    except Exception as error:
+        error.add_note(f"{_NOTE}{name}")
+        raise

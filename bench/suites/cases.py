@@ -18,11 +18,14 @@ from bench.suites.suite import Suite, problems_of, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
+POINT = "point"
+"""The parameter that numbers the points of a random design."""
+
 _LONGEST_ID = 160
 
 
 def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
-    """All cases of a suite, in canonical order: the grid with its last path fastest, then the seeds.
+    """All cases of a suite, in canonical order: the grid, its last path fastest; points drawn; seeds.
 
     Parameters
     ----------
@@ -37,12 +40,10 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
         With everything that does not fit the scene.
 
     """
-    grid = itertools.product(*suite.sweep.values())
-    points = [dict(zip(suite.sweep, values, strict=True)) for values in grid]
     cases, problems = [], dict[str, None]()
-    for point, case_seed in itertools.product(points, suite.seeds):
+    for (point, names), case_seed in itertools.product(_points(suite), suite.seeds):
         try:
-            cases.append(_case(suite, point, case_seed, seed))
+            cases.append(_case(suite, point, names, case_seed, seed))
         except InputError as error:
             problems |= dict.fromkeys(problems_of(error))  # many cases share them
     refuse(list(problems), suite.source)
@@ -81,14 +82,32 @@ def short(path: str | Path) -> str:
     return Path(text).stem if text.endswith(".toml") else text
 
 
-def _case(suite: Suite, point: Mapping[str, Any], seed: int, run_seed: int) -> Case:
+def _points(suite: Suite) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """Path to value of every scene point, and what distinguishes it: points drawn also have a number."""
+    grid = [dict(zip(suite.sweep, v, strict=True)) for v in itertools.product(*suite.sweep.values())]
+    if suite.random is None:
+        return [(point, _labels(point)) for point in grid]
+    drawn = suite.random.values()
+    digits = len(str(len(drawn) - 1))
+    return [
+        ({**point, **values}, {**_labels(point), POINT: f"{number:0{digits}d}", **_labels(values)})
+        for point in grid
+        for number, values in enumerate(drawn)
+    ]
+
+
+def _labels(point: Mapping[str, Any]) -> dict[str, Any]:
+    return {path: label(value) for path, value in point.items()}
+
+
+def _case(suite: Suite, point: Mapping[str, Any], names: Mapping[str, Any], seed: int, run_seed: int) -> Case:
     document = dict(suite.scene)
     for path, value in point.items():
         document = override(document, path, value)
     identity = content_hash({"scene": document, "seed": seed, "run": run_seed})
     for path, (low, high) in suite.jitter.items():
         document = override(document, path, float(stream(identity, path).uniform(low, high)))
-    parameters = {**{path: label(value) for path, value in point.items()}, "seed": seed}
+    parameters = {**names, "seed": seed}
     return Case(_id(parameters), parameters, seed, document, HASHES[suite.source](document), identity)
 
 

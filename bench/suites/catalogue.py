@@ -62,9 +62,13 @@ def _find(name_or_path: str | Path) -> Path:
 def _scenes(document: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """The suite's scene and sweep; wheel files are looked for beside the suite's."""
     found = {"scene": _scene(document.get("scene"), path)}
-    sweep = document.get("sweep")
-    if isinstance(sweep, Mapping) and isinstance(sweep.get("wheel"), list):
-        found["sweep"] = {**sweep, "wheel": [wheel_beside(wheel, path.parent) for wheel in sweep["wheel"]]}
+    for table in ("sweep", "random"):
+        values = document.get(table)
+        if isinstance(values, Mapping) and isinstance(values.get("wheel"), list):
+            found[table] = {
+                **values,
+                "wheel": [wheel_beside(wheel, path.parent) for wheel in values["wheel"]],
+            }
     return found
 
 
@@ -116,8 +120,8 @@ def _goal_problems(suite: Suite) -> Iterator[str]:
 
 def _path_problems(suite: Suite, paths: Iterable[str]) -> Iterator[str]:
     for path in paths:
-        if path not in suite.sweep:
-            yield f"'{path}' is not swept: {suggest(path, list(suite.sweep))}"
+        if path not in suite.paths:
+            yield f"'{path}' is not swept: {suggest(path, list(suite.paths))}"
 
 
 def _listed(where: str, attempt: Callable[[], object]) -> Iterator[str]:

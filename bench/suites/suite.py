@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any
 
 from pydantic import Field
 
+from bench.suites.design import RandomDesign, arranged_design
 from bench.suites.paths import flatten
+from bench.suites.pipelines import swept_pipelines
 from bench.suites.sources import Source
 from burrscan.documents import STRICT, build
 from burrscan.errors import InputError
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=60)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+=-]*$", max_length=60)]
 Values = Annotated[tuple[Any, ...], Field(min_length=1)]
 Seed = Annotated[int, Field(ge=0)]
 
@@ -102,6 +105,11 @@ class Suite:
         (:class:`bench.axis.spec.MeshSpec`), which is only inspected.
     sweep
         Dotted path in the scene to the values it takes; the points are the full grid, the last path fastest.
+        In a file also ``pipeline.STAGE.PARAMETER``: each of its values makes one more variant of every
+        variant (:mod:`bench.suites.pipelines`).
+    random
+        Points drawn over the bounds of some paths; every point of the grid is crossed with every one of them.
+        In a file the paths stand in the table itself, beside ``points``.
     seeds
         Each seed is one more case per point: other noise, other draws of what jitters.
     jitter
@@ -112,6 +120,8 @@ class Suite:
         What ``burrscan compare`` judges by; empty for the usual metrics and margins.
     groups
         Swept paths by whose values the score table is divided; the first one by default.
+    budget
+        Whether to find out which stage the errors come from (:mod:`bench.budget`).
     goal
         What the numbers are wanted to be.
 
@@ -126,12 +136,19 @@ class Suite:
     description: str = ""
     source: Source = "scene"
     sweep: Mapping[str, Values] = field(default_factory=dict)
+    random: RandomDesign | None = None
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
     jitter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     metrics: tuple[str, ...] = ()
     gate: tuple[Gate, ...] = ()
     groups: tuple[str, ...] = ()
+    budget: bool = False
     goal: tuple[Goal, ...] = ()
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths that distinguish cases: swept ones, then drawn ones."""
+        return (*self.sweep, *(self.random.draw if self.random else ()))
 
     @property
     def divided_by(self) -> tuple[str, ...]:
@@ -142,7 +159,8 @@ class Suite:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""
         tables = asdict(self)
         tables["variant"] = [{"name": v.name, **v.stages} for v in self.variant]
-        return tables
+        del tables["random"]
+        return tables if self.random is None else {**tables, "random": self.random.document()}
 
 
 def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
@@ -162,9 +180,18 @@ def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
         for path, (low, high) in suite.jitter.items()
         if low > high
     ]
-    problems += [f"{path}: both swept and jittered" for path in suite.sweep if path in suite.jitter]
+    problems += list(suite.random.problems()) if suite.random else []
+    problems += _both(suite)
     refuse(problems, source)
     return suite
+
+
+def _both(suite: Suite) -> list[str]:
+    """Paths that more than one table sets."""
+    drawn = set(suite.random.draw if suite.random else ())
+    sets = {"swept": set(suite.sweep), "drawn": drawn, "jittered": set(suite.jitter)}
+    pairs = itertools.combinations(sets, 2)
+    return [f"{path}: both {a} and {b}" for a, b in pairs for path in sorted(sets[a] & sets[b])]
 
 
 def refuse(problems: list[str], source: str) -> None:
@@ -188,7 +215,9 @@ def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:
             arranged[key] = dict(flatten(arranged[key]))
     if isinstance(arranged.get("variant"), list | tuple):
         arranged["variant"] = [_arranged_variant(v) for v in arranged["variant"]]
-    return arranged
+    if "random" in arranged:
+        arranged["random"] = arranged_design(arranged["random"])
+    return swept_pipelines(arranged)
 
 
 def _arranged_variant(table: Any) -> Any:

@@ -7,7 +7,7 @@ import burrscan
 from bench.axis.revolution import revolution_scan
 from burrscan.documents import build
 from burrscan.errors import InputError
-from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function
+from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function, stage_of
 from tests.burrscan.instrument import Instrument, small_rig
 
 
@@ -59,3 +59,20 @@ def test_an_inspection_carries_its_secondary_tests() -> None:
     ball = revolution_scan("sphere", sigma_mm=0.1, shape=(160, 80))
     checks = inspect_surface(ball.vertices_mm, ball.faces, Pipeline()).checks
     assert "determined" in {check.name for check in checks if not check.passed}
+
+
+def test_an_error_says_which_stage_raised_it_and_keeps_its_message() -> None:
+    scan = revolution_scan(sigma_mm=0.1, shape=(120, 60))
+    with pytest.raises(ZeroDivisionError) as caught:
+        inspect_surface(scan.vertices_mm, scan.faces, Pipeline(generatrix=Stage(f"{__name__}:raises")))
+    assert stage_of(caught.value) == "generatrix"
+    assert str(caught.value) == "no light"
+    with pytest.raises(InputError) as empty:
+        inspect_surface(scan.vertices_mm * np.nan, scan.faces, Pipeline())
+    assert stage_of(empty.value) == "surface"
+    assert stage_of(ValueError("elsewhere")) == ""
+
+
+def raises(*_mesh: object, sigma_mm: object) -> None:  # noqa: ARG001
+    """A stage that always raises."""
+    raise ZeroDivisionError("no light")

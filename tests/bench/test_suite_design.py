@@ -1,0 +1,155 @@
+"""Random designs: where their points lie, and how they go together with grids and pipelines."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bench.suites.cases import expand
+from bench.suites.suite import Suite, suite_from
+from bench.suites.variants import pipeline_of
+from burrscan.errors import InputError
+
+RIDGE = {"kind": "axial_ridge", "angle_deg": 0, "height_mm": 1, "width_mm": 2, "z_start_mm": 0, "z_end_mm": 9}
+DRAWN = {
+    "points": 64,
+    "burr": {"height_mm": {"low": 0.1, "high": 2.5, "scale": "log"}},
+    "pose.roll_deg": [-5.0, 5.0],
+    "wheel": ["paper", "cone"],
+}
+
+
+def suite(**changes: Any) -> Suite:
+    document = {
+        "name": "s",
+        "scene": {"wheel": "paper", "finish": "matte", "burr": [RIDGE]},
+        "variant": [{"name": "v"}],
+    }
+    return suite_from({**document, **changes}, source="test")
+
+
+def errors(**changes: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        expand(suite(**changes))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
+def test_points_fill_their_bounds_evenly(method: str) -> None:
+    cases = expand(suite(random={**DRAWN, "method": method}))
+    heights = np.array([case.document["burr"][0]["height_mm"] for case in cases])
+    shares = np.log(heights / 0.1) / np.log(25.0)
+    # one point in each of 64 slices, which 64 independent values would leave a third of empty; rounding
+    # to four digits may carry one over an edge
+    assert len(set(np.floor(shares * 64).astype(int))) >= 62
+    assert stats.kstest(shares, "uniform").statistic < 2.0 / 64
+    assert sum(case.parameters["wheel"] == "cone" for case in cases) == 32
+    assert all(isinstance(case.parameters["burr.height_mm"], float) for case in cases)
+    assert expand(suite(random={**DRAWN, "method": method})) == cases
+    assert expand(suite(random={**DRAWN, "method": method, "design_seed": 1})) != cases
+
+
+def test_more_points_of_a_sobol_design_leave_the_first_as_they_were() -> None:
+    few, many = (suite(random={**DRAWN, "points": n}).random for n in (20, 100))
+    assert few is not None
+    assert many is not None
+    assert many.values()[:20] == few.values()
+
+
+def test_a_grid_is_crossed_with_every_point() -> None:
+    cases = expand(suite(sweep={"finish": ["matte", "turned"]}, random={**DRAWN, "points": 12}, seeds=[0, 1]))
+    assert len(cases) == len({case.id for case in cases}) == 48
+    first = cases[0]
+    assert first.id.startswith("finish=matte,point=00,burr.height_mm=")
+    assert first.parameters["burr.height_mm"] == first.document["burr"][0]["height_mm"]
+    other = next(c for c in cases if c.parameters["finish"] == "turned" and c.parameters["point"] == "00")
+    assert other.document["pose"] == first.document["pose"]
+
+
+def test_a_drawn_value_is_exact_in_its_record() -> None:
+    cases = expand(suite(random={"points": 50, "burr.height_mm": {"low": 1e-3, "high": 30, "scale": "log"}}))
+    heights = [case.parameters["burr.height_mm"] for case in cases]
+    assert all(math.isclose(h, float(f"{h:.4g}"), rel_tol=1e-12) for h in heights)
+    assert all(a < b for a, b in pairwise(sorted(heights)))
+
+
+def test_a_resolved_design_is_read_back_as_it_was() -> None:
+    one = suite(random=DRAWN)
+    assert suite_from(one.document(), source="again") == one
+    assert "random" not in suite().document()
+
+
+def test_every_error_of_a_design_is_listed_at_once() -> None:
+    message = errors(
+        sweep={"finish": ["matte"]},
+        jitter={"pose.roll_deg": [0.0, 1.0]},
+        random={
+            "points": 4,
+            "finish": ["matte", "turned"],
+            "pose.roll_deg": [1.0, -1.0],
+            "burr.height_mm": {"low": 0.0, "high": 1.0, "scale": "log"},
+            "burr.width_mm": {"low": 1.0},
+            "burr.lean_deg": {"low": 0.0, "choices": [1]},
+        },
+    )
+    for part in (
+        "6 problem(s)",
+        "finish: both swept and drawn",
+        "pose.roll_deg: both drawn and jittered",
+        "random.pose.roll_deg: the lower bound 1 is not below",
+        "random.burr.height_mm: a logarithmic scale needs a lower bound above 0",
+        "random.burr.width_mm: needs bounds",
+        "random.burr.lean_deg: has bounds and choices",
+    ):
+        assert part in message
+
+
+def test_a_design_without_points_or_paths_is_refused() -> None:
+    message = errors(random={"point": 3})
+    assert "random.points" in message
+    message = errors(random={"points": 3})
+    assert "random.draw" in message
+
+
+def test_a_drawn_path_that_no_scene_has_is_refused() -> None:
+    assert "heigth_mm" in errors(random={"points": 2, "burr.heigth_mm": [1.0, 2.0]})
+
+
+def test_a_pipeline_sweep_makes_variants() -> None:
+    swept = suite(
+        variant=[{"name": "adaptive"}, {"name": "fixed", "scan": "fixed", "axis": "seed"}],
+        sweep={"pipeline.axis": ["profile", "seed"], "finish": ["matte", "turned"]},
+    )
+    assert [v.name for v in swept.variant] == [
+        "adaptive+axis=profile", "adaptive+axis=seed", "fixed+axis=profile", "fixed+axis=seed",
+    ]  # fmt: skip
+    pipelines = [pipeline_of(v) for v in swept.variant]
+    assert [p.axis.method for p in pipelines] == ["profile", "seed"] * 2
+    assert [p.scan.method for p in pipelines] == ["adaptive"] * 2 + ["fixed"] * 2
+    assert len(expand(swept)) == 2
+    assert suite_from(swept.document(), source="again") == swept
+
+
+def test_a_pipeline_parameter_is_swept_under_the_usual_method() -> None:
+    swept = suite(
+        sweep={"pipeline": {"scan": {"frames": [30, 60]}, "burrs": {"false_calls_per_wheel": [0.01]}}}
+    )
+    assert [v.name for v in swept.variant] == [
+        f"v+frames={frames}+false_calls_per_wheel=0.01" for frames in (30, 60)
+    ]
+    pipelines = [pipeline_of(v) for v in swept.variant]
+    assert [p.scan.parameters for p in pipelines] == [{"frames": 30}, {"frames": 60}]
+    assert {p.scan.method for p in pipelines} == {"adaptive"}
+
+
+def test_a_pipeline_sweep_of_what_does_not_exist_is_refused() -> None:
+    swept = suite(sweep={"pipeline.scna.frames": [1], "pipeline.scan.frmes": [2]})
+    with pytest.raises(InputError, match="scna"):
+        pipeline_of(swept.variant[0])
+    with pytest.raises(InputError, match="frmes"):
+        pipeline_of(suite(sweep={"pipeline.scan.frmes": [2]}).variant[0])
