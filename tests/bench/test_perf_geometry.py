@@ -20,7 +20,8 @@ def test_burrscan_is_among_those_compared() -> None:
 
 def test_a_peer_is_given_the_setting_that_does_best() -> None:
     def off_by(scan: RevolutionScan, _task: Task, _seed: int, setting: Setting) -> Floats:
-        return scan.direction + setting["off"] * scan.T_mesh_part[:3, 0]
+        off: float = setting["off"]
+        return scan.direction + off * scan.T_mesh_part[:3, 0]
 
     peer = Peer("numpy", off_by, ({"off": 0.1}, {"off": 0.01}, {"off": 0.3}))
     task = Task("cylinder", 140.0, 0.2)
