@@ -50,7 +50,7 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Run, print the score table, build the report."""
-    from bench.cli.score import caption, goals_table, say_failures, terminal_table, times_table
+    from bench.cli.score import budget_table, caption, goals_table, say_failures, terminal_table, times_table
     from bench.cli.tables import print_table
     from bench.report import build_report
     from bench.run.directory import load_run
@@ -66,6 +66,8 @@ def main(given: argparse.Namespace) -> int:
     print(caption())
     if goals := goals_table(run):
         print_table(goals)
+    if budget := budget_table(run):
+        print_table(budget)
     print_table(times_table(run))
     say_failures(run)
     print(f"report: {build_report(out_dir)}")

@@ -8,6 +8,7 @@ import sys
 
 from rich.table import Table
 
+from bench.budget import budget_rows
 from bench.cli.tables import plain_table
 from bench.run.directory import Run
 from bench.score.goals import goal_rows
@@ -68,6 +69,26 @@ def goals_table(run: Run) -> Table | None:
             _fine(metric, row.measured),
             "✓" if row.met else "✗ missed",
         )
+    return table
+
+
+def budget_table(run: Run) -> Table | None:
+    """What each stage's own errors cost, per variant and metric; None where nobody asked."""
+    rows = budget_rows(run.records)
+    if not rows:
+        return None
+    stages = list(rows[0].cost)
+    table = plain_table("Where the error comes from: how much better the truth of a stage makes each metric")
+    for head in ("variant", "metric", "as it is", *stages):
+        table.add_column(head, justify="left" if head in {"variant", "metric"} else "right")
+    previous = None
+    for row in rows:
+        metric = metric_named(row.metric)
+        unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
+        values = (row.left["none"], *(row.cost.get(stage, math.nan) for stage in stages))
+        name = "" if row.variant == previous else row.variant
+        table.add_row(name, f"{metric.title} {unit}".strip(), *(_text(metric, value) for value in values))
+        previous = row.variant
     return table
 
 

@@ -14,6 +14,7 @@ from bench.score.metrics import failed_metrics, measure
 from bench.suites.case import Case
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
+from burrscan.pipeline import stage_of
 
 
 def examine(job: Job, case: Case) -> list[Record]:
@@ -24,7 +25,7 @@ def examine(job: Job, case: Case) -> list[Record]:
     except Exception as error:  # noqa: BLE001 (a failure is a result)
         why = failure(job.source, error)
         return [failed_record(case, variant, why, own=job.own_metrics) for variant in job.variants]
-    return [_examine_variant(case, variant, subject, folder, own=job.own_metrics) for variant in job.variants]
+    return [_examine_variant(job, case, variant, subject, folder) for variant in job.variants]
 
 
 def failed_record(case: Case, variant: Variant, why: Failure, *, own: tuple[str, ...] = ()) -> Record:
@@ -46,16 +47,17 @@ def failure(stage: str, error: Exception) -> Failure:
     return Failure(stage, f"{type(error).__name__}: {error}", text)
 
 
-def _examine_variant(
-    case: Case, variant: Variant, subject: Subject, folder: Path, *, own: tuple[str, ...]
-) -> Record:
+def _examine_variant(job: Job, case: Case, variant: Variant, subject: Subject, folder: Path) -> Record:
+    stage = "pipeline"
     try:
         look = subject(pipeline_of(variant))
-        metrics = measure(look.evidence, own=own)
+        stage = "score"
+        metrics = measure(look.evidence, own=job.own_metrics)
         burrs = burr_tables(look.evidence)
         look.keep(folder, variant.name)
+        budget = look.budget() if job.budget else {}
     except Exception as error:  # noqa: BLE001 (a failure is a result)
-        return failed_record(case, variant, failure("pipeline", error), own=own)
+        return failed_record(case, variant, failure(stage_of(error) or stage, error), own=job.own_metrics)
     return Record(
         case=case.id,
         variant=variant.name,
@@ -65,4 +67,5 @@ def _examine_variant(
         metrics=metrics,
         burrs=burrs,
         timings_s=look.timings_s,
+        budget=budget,
     )

@@ -23,6 +23,8 @@ class Job:
         Metrics of the user's own, ``"module:attribute"``.
     source
         What cases are made of.
+    budget
+        Whether to find out where the errors come from.
 
     """
 
@@ -30,3 +32,4 @@ class Job:
     out_dir: Path
     own_metrics: tuple[str, ...] = ()
     source: Source = "scene"
+    budget: bool = False

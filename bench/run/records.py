@@ -40,6 +40,8 @@ class Record:
         Why there is no result, or None.
     timings_s
         Wall time per stage: the only part that differs between two runs of one seed.
+    budget
+        Substitution to metric to value (:mod:`bench.budget`); empty where none was asked for.
 
     """
 
@@ -52,6 +54,7 @@ class Record:
     burrs: tuple[Mapping[str, Any], ...] = ()
     failure: Failure | None = None
     timings_s: Mapping[str, float] = field(default_factory=dict)
+    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple[str, str]:
@@ -91,11 +94,17 @@ def _record(line: str, where: str) -> Record:
     try:
         table = json.loads(line)
         failure = table.pop("failure")
-        metrics = {name: math.nan if value is None else value for name, value in table.pop("metrics").items()}
+        metrics = _numbers(table.pop("metrics"))
         burrs = tuple(table.pop("burrs"))
-        return Record(**table, metrics=metrics, burrs=burrs, failure=Failure(**failure) if failure else None)
+        budget = {name: _numbers(values) for name, values in table.pop("budget", {}).items()}
+        why = Failure(**failure) if failure else None
+        return Record(**table, metrics=metrics, burrs=burrs, failure=why, budget=budget)
     except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{where}: not a record ({error}); was the file edited?") from error
+
+
+def _numbers(table: Mapping[str, Any]) -> dict[str, float]:
+    return {name: math.nan if value is None else value for name, value in table.items()}
 
 
 def _plain(value: Any) -> Any:

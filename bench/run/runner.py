@@ -105,7 +105,8 @@ def run_suite(
     with directory.locked():
         _open(directory, asked, sitting)
         remaining = _settle(directory, cases, len(suite.variant))
-        task = partial(examine_case, Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source))
+        job = Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budget)
+        task = partial(examine_case, job)
         crew = Crew(task, remaining, workers=count, threads=threads)
         _collect(crew, directory, suite, Progress.of(load_run(out_dir)), progress)
         write_tables(load_run(out_dir))

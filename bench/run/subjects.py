@@ -11,6 +11,7 @@ import numpy as np
 
 from bench.axis.bound import cramer_rao_covariance
 from bench.axis.spec import MeshSpec, RidgeSpec, mesh_from, scanned
+from bench.budget.budget import Budget, mesh_budget, scan_budget
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
 from bench.score.evidence import Evidence
 from bench.score.part import MeshEvidence, MeshTruth
@@ -40,12 +41,15 @@ class Look:
         Wall time per stage.
     keep
         Writes its pictures and maps to a case's folder, under a variant's name.
+    budget
+        Re-runs its stages with the truth of those before.
 
     """
 
     evidence: Evidence | MeshEvidence
     timings_s: Mapping[str, float]
     keep: Callable[[Path, str], None]
+    budget: Callable[[], Budget]
 
 
 Subject = Callable[[Pipeline], Look]
@@ -82,7 +86,8 @@ def mesh_subject(case: Case, folder: Path) -> Subject:
         return Look(
             evidence,
             {"mesh": made_s, **inspection.timings_s},
-            lambda where, variant: save_mesh_variant(where, variant, evidence, scan.vertices_mm),
+            lambda where, variant: save_mesh_variant(where, variant, evidence, scan.vertices_mm, scan.faces),
+            lambda: mesh_budget(evidence, pipeline, vertices_mm=scan.vertices_mm, faces=scan.faces),
         )
 
     return look
@@ -101,6 +106,7 @@ def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
         evidence,
         {**simulation.timings_s, **outcome.inspection.timings_s},
         lambda where, variant: save_variant(where, variant, evidence, white_dn),
+        lambda: scan_budget(evidence, pipeline, rig=scanner.rig),
     )
 
 

@@ -85,7 +85,12 @@ def own_metrics(names: Iterable[str]) -> tuple[str, ...]:
 
 def measure(evidence: Evidence | MeshEvidence, *, own: Iterable[str] = ()) -> dict[str, float]:
     """Every metric of one outcome, and ``own`` ones beside them; NaN for what needs a scan and has none."""
-    metrics = [*METRICS.values(), *map(metric_named, own)]
+    return measure_some(evidence, (*METRICS, *own))
+
+
+def measure_some(evidence: Evidence | MeshEvidence, names: Iterable[str]) -> dict[str, float]:
+    """The metrics of these names."""
+    metrics = [metric_named(name) for name in names]
     scanned = isinstance(evidence, Evidence)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN marks what is missing and may be compared

@@ -18,6 +18,9 @@ from burrscan.errors import InputError
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+=-]*$", max_length=60)]
 Values = Annotated[tuple[Any, ...], Field(min_length=1)]
+CONDITION = "condition"
+"""The parameter that names a case's condition."""
+
 Seed = Annotated[int, Field(ge=0)]
 
 
@@ -107,6 +110,9 @@ class Suite:
         Dotted path in the scene to the values it takes; the points are the full grid, the last path fastest.
         In a file also ``pipeline.STAGE.PARAMETER``: each of its values makes one more variant of every
         variant (:mod:`bench.suites.pipelines`).
+    condition
+        Name to overrides, dotted path in the scene to value: circumstances that are compared one by one, such
+        as faults of the instrument. Crossed with everything else.
     random
         Points drawn over the bounds of some paths; every point of the grid is crossed with every one of them.
         In a file the paths stand in the table itself, beside ``points``.
@@ -136,6 +142,7 @@ class Suite:
     description: str = ""
     source: Source = "scene"
     sweep: Mapping[str, Values] = field(default_factory=dict)
+    condition: Mapping[Name, Mapping[str, Any]] = field(default_factory=dict)
     random: RandomDesign | None = None
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
     jitter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -147,20 +154,24 @@ class Suite:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The paths that distinguish cases: swept ones, then drawn ones."""
-        return (*self.sweep, *(self.random.draw if self.random else ()))
+        """What distinguishes cases: their condition, then swept paths, then drawn ones."""
+        condition = (CONDITION,) if self.condition else ()
+        return (*condition, *self.sweep, *(self.random.draw if self.random else ()))
 
     @property
     def divided_by(self) -> tuple[str, ...]:
-        """The swept paths that divide the score table."""
-        return self.groups or tuple(self.sweep)[:1]
+        """The paths that divide the score table."""
+        return self.groups or self.paths[:1]
 
     def document(self) -> dict[str, Any]:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""
         tables = asdict(self)
         tables["variant"] = [{"name": v.name, **v.stages} for v in self.variant]
-        del tables["random"]
-        return tables if self.random is None else {**tables, "random": self.random.document()}
+        for key in ("random", "condition"):  # a suite without them is written as it always was
+            if not tables.pop(key):
+                continue
+            tables[key] = self.random.document() if self.random and key == "random" else dict(self.condition)
+        return tables
 
 
 def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
@@ -189,7 +200,9 @@ def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
 def _both(suite: Suite) -> list[str]:
     """Paths that more than one table sets."""
     drawn = set(suite.random.draw if suite.random else ())
+    conditions = {path for paths in suite.condition.values() for path in paths}
     sets = {"swept": set(suite.sweep), "drawn": drawn, "jittered": set(suite.jitter)}
+    sets["set by a condition"] = conditions
     pairs = itertools.combinations(sets, 2)
     return [f"{path}: both {a} and {b}" for a, b in pairs for path in sorted(sets[a] & sets[b])]
 
@@ -215,6 +228,11 @@ def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:
             arranged[key] = dict(flatten(arranged[key]))
     if isinstance(arranged.get("variant"), list | tuple):
         arranged["variant"] = [_arranged_variant(v) for v in arranged["variant"]]
+    if isinstance(arranged.get(CONDITION), Mapping):
+        arranged[CONDITION] = {
+            name: dict(flatten(table)) if isinstance(table, Mapping) else table
+            for name, table in arranged[CONDITION].items()
+        }
     if "random" in arranged:
         arranged["random"] = arranged_design(arranged["random"])
     return swept_pipelines(arranged)

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.budget import SUBSTITUTIONS, budget_rows
 from bench.cli import main
 from bench.run import load_run
 
 SUITE = """
 name = "tiny"
+budget = true
 [scene]
 base = "paper"
 rig = { scale = 0.25 }
@@ -102,6 +104,7 @@ def test_a_variant_that_raises_is_a_failure_that_counts(run_dir: Path) -> None:
     assert all(
         r.failure and "exposure" in r.failure.error and "Traceback" in r.failure.traceback for r in broken
     )
+    assert {r.failure.stage for r in broken if r.failure} == {"scan"}
     assert all(record.metrics["coverage"] == 0.0 for record in broken)
 
 
@@ -120,6 +123,21 @@ def test_planted_faults_show_in_the_metrics_of_their_stage(run_dir: Path) -> Non
         assert turned["axis_deg"] == pytest.approx(2.0, abs=0.3)
         scan_metrics = ("coverage", "wrong_rate", "depth_rms_mm", "frames", "saturated_share")
         assert [turned[name] for name in scan_metrics] == [sound[name] for name in scan_metrics]
+
+
+def test_the_budget_lays_each_fault_at_the_door_of_its_stage(run_dir: Path) -> None:
+    """Truth substituted from the front: an error goes when the truth of the stage that made it comes in."""
+    rows = {(row.variant, row.metric): row for row in budget_rows(load_run(run_dir).records)}
+    assert set(rows["fixed", "axis_deg"].left) == set(SUBSTITUTIONS)
+    turned = rows["turned", "axis_deg"]
+    assert turned.cost["axis"] == pytest.approx(2.0, abs=0.05)
+    assert abs(turned.cost["decoding"]) < 0.3
+    shifted = rows["shifted", "depth_rms_mm"], rows["shifted", "axis_offset_mm"]
+    assert shifted[1].cost["decoding"] > 0.5
+    assert max(abs(shifted[1].cost[stage]) for stage in ("triangulation", "axis")) < 0.3
+    for (_, metric), row in rows.items():
+        perfect = 1.0 if metric == "burr_found" else 0.0
+        assert row.left["burrs"] == pytest.approx(perfect, abs=1e-5), (row.variant, metric)
 
 
 def test_pictures_are_kept_as_documented(run_dir: Path) -> None:

@@ -1,0 +1,113 @@
+"""Stages that know the truth. They stand where a pipeline's own stage stood; no algorithm ever calls them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bench.score.places import transform
+from burrscan.arrays import Floats, Ints32
+from burrscan.inspection import Axis, Burr, Generatrix, Value
+from burrscan.pipeline import Pipeline, Stage
+from scenes.wheel import TrueBurr
+
+_SURE = 1e-6
+"""Standard deviation that an oracle states, mm and rad."""
+
+
+def with_axis(pipeline: Pipeline, axis: Axis) -> Pipeline:
+    """A pipeline that is told the axis."""
+    return replace(pipeline, axis=Stage("bench.budget.oracle:known_axis", {"axis": axis}))
+
+
+def with_generatrix(pipeline: Pipeline, generatrix: Generatrix) -> Pipeline:
+    """A pipeline that is told the generatrix."""
+    told = Stage("bench.budget.oracle:known_generatrix", {"generatrix": generatrix})
+    return replace(pipeline, generatrix=told)
+
+
+def with_burrs(pipeline: Pipeline, burrs: tuple[Burr, ...]) -> Pipeline:
+    """A pipeline that is told the burrs."""
+    return replace(pipeline, burrs=Stage("bench.budget.oracle:known_burrs", {"burrs": burrs}))
+
+
+def known_axis(_vertices: Floats, _faces: Ints32, *, axis: Axis, sigma_mm: Floats | None = None) -> Axis:
+    """Say the axis that was told."""
+    del sigma_mm
+    return axis
+
+
+def known_generatrix(
+    _vertices: Floats, _faces: Ints32, _axis: Axis, *, generatrix: Generatrix, sigma_mm: Floats | None = None
+) -> Generatrix:
+    """Say the generatrix that was told."""
+    del sigma_mm
+    return generatrix
+
+
+def known_burrs(
+    _vertices: Floats,
+    _faces: Ints32,
+    _axis: Axis,
+    _generatrix: Generatrix,
+    *,
+    burrs: tuple[Burr, ...],
+    sigma_mm: Floats | None = None,
+) -> tuple[Burr, ...]:
+    """Say the burrs that were told."""
+    del sigma_mm
+    return burrs
+
+
+def true_axis(T_part_mesh: Floats, vertices_mm: Floats) -> Axis:
+    """The axis of the part in the mesh's frame, with the sign and the point that :class:`Axis` asks for."""
+    to_mesh = np.linalg.inv(T_part_mesh).astype(float)
+    origin, direction = to_mesh[:3, 3], to_mesh[:3, 2]
+    direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    middle = np.nanmean(vertices_mm, axis=0)
+    point = origin + ((middle - origin) @ direction) * direction
+    return Axis(point, direction, _SURE**2 * np.eye(4), "oracle")
+
+
+def true_generatrix(T_part_mesh: Floats, generatrix_zr_mm: Floats, axis: Axis) -> Generatrix:
+    """The outline, its z along ``axis`` from its point; turned round where the axis points backwards."""
+    outline = np.asarray(generatrix_zr_mm, float)
+    sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
+    start = float(transform(T_part_mesh, axis.point_mm)[2])
+    z, r = sense * (outline[:, 0] - start), outline[:, 1]
+    if sense < 0.0:
+        z, r = z[::-1], r[::-1]
+    return Generatrix(z, r, np.full(len(z), _SURE), np.zeros(len(z)))
+
+
+def true_burrs(T_part_mesh: Floats, burrs: tuple[TrueBurr, ...], axis: Axis) -> tuple[Burr, ...]:
+    """The burrs as a perfect pipeline would report them."""
+    return tuple(_burr(T_part_mesh, burr, axis) for burr in burrs)
+
+
+def _burr(T_part_mesh: Floats, burr: TrueBurr, axis: Axis) -> Burr:
+    start = float(transform(T_part_mesh, axis.point_mm)[2])
+    sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
+    ends = sorted(sense * (z - start) for z in (burr.z_start_mm, burr.z_end_mm))
+    angle = np.radians(burr.angle_deg)
+    outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+    middle = np.array([outward[0], outward[1], 0.5 * (burr.z_start_mm + burr.z_end_mm)])
+    in_part = np.eye(4)  # x along the burr, z outwards
+    in_part[:3, :3] = np.stack([[0.0, 0.0, 1.0], np.cross(outward, [0.0, 0.0, 1.0]), outward], axis=1)
+    in_part[:3, 3] = middle
+    sizes = (burr.height_mm, burr.width_mm, burr.length_mm, burr.area_mm2, burr.volume_mm3)
+    height, width, length, area, volume = (Value(float(size), _SURE) for size in sizes)
+    return Burr(
+        side=burr.side,
+        angle_deg=Value(burr.angle_deg, _SURE),
+        z_start_mm=Value(ends[0], _SURE),
+        z_end_mm=Value(ends[1], _SURE),
+        height_mm=height,
+        width_mm=width,
+        length_mm=length,
+        area_mm2=area,
+        volume_mm3=volume,
+        T_mesh_burr=np.linalg.inv(T_part_mesh) @ in_part,
+        significance=np.inf,
+    )
