@@ -6,7 +6,7 @@ import fnmatch
 import hashlib
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from bench.suites.case import Case
 from bench.suites.identity import content_hash, stream
 from bench.suites.paths import override
 from bench.suites.sources import HASHES
-from bench.suites.suite import Suite, problems_of, refuse
+from bench.suites.suite import CONDITION, Suite, problems_of, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
@@ -22,6 +22,9 @@ POINT = "point"
 """The parameter that numbers the points of a random design."""
 
 _LONGEST_ID = 160
+_HANDY_ID = 100  # beyond it values drawn are left to the case's parameters: its point's number names it
+_Point = tuple[dict[str, Any], dict[str, Any]]
+"""Dotted path to value; and what is said of it to people."""
 
 
 def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
@@ -71,6 +74,8 @@ def label(value: Any) -> str | float | int | bool:
         return value
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
         return str(value["name"])
+    if isinstance(value, list | tuple) and all(isinstance(v, Mapping) and "kind" in v for v in value):
+        return "+".join(str(v["kind"]) for v in value) or "none"  # burrs
     if isinstance(value, list | tuple) and len(value) <= 4 and all(isinstance(v, int | float) for v in value):
         return "x".join(f"{v:g}" for v in value)
     return content_hash(value)[:6]
@@ -82,18 +87,34 @@ def short(path: str | Path) -> str:
     return Path(text).stem if text.endswith(".toml") else text
 
 
-def _points(suite: Suite) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Path to value of every scene point, and what distinguishes it: points drawn also have a number."""
-    grid = [dict(zip(suite.sweep, v, strict=True)) for v in itertools.product(*suite.sweep.values())]
-    if suite.random is None:
-        return [(point, _labels(point)) for point in grid]
-    drawn = suite.random.values()
-    digits = len(str(len(drawn) - 1))
+def _points(suite: Suite) -> list[_Point]:
+    """Every scene point: conditions, then the grid, then what is drawn, the last fastest."""
+    none: list[_Point] = [({}, {})]
+    parts = itertools.product(_conditions(suite) or none, _grid(suite), _drawn(suite) or none)
     return [
-        ({**point, **values}, {**_labels(point), POINT: f"{number:0{digits}d}", **_labels(values)})
-        for point in grid
-        for number, values in enumerate(drawn)
+        (
+            {p: v for point, _ in part for p, v in point.items()},
+            {p: v for _, names in part for p, v in names.items()},
+        )
+        for part in parts
     ]
+
+
+def _conditions(suite: Suite) -> list[_Point]:
+    return [(dict(paths), {CONDITION: name}) for name, paths in suite.condition.items()]
+
+
+def _grid(suite: Suite) -> list[_Point]:
+    rows = itertools.product(*suite.sweep.values())
+    points = [dict(zip(suite.sweep, values, strict=True)) for values in rows]
+    return [(point, _labels(point)) for point in points]
+
+
+def _drawn(suite: Suite) -> list[_Point]:
+    """Points drawn have a number: their names must differ, however alike their values."""
+    points = suite.random.values() if suite.random else []
+    digits = len(str(len(points) - 1))
+    return [(point, {POINT: f"{number:0{digits}d}", **_labels(point)}) for number, point in enumerate(points)]
 
 
 def _labels(point: Mapping[str, Any]) -> dict[str, Any]:
@@ -102,21 +123,28 @@ def _labels(point: Mapping[str, Any]) -> dict[str, Any]:
 
 def _case(suite: Suite, point: Mapping[str, Any], names: Mapping[str, Any], seed: int, run_seed: int) -> Case:
     document = dict(suite.scene)
-    for path, value in point.items():
+    for path, value in sorted(point.items(), key=lambda item: item[0].count(".")):  # tables, then their keys
         document = override(document, path, value)
     identity = content_hash({"scene": document, "seed": seed, "run": run_seed})
     for path, (low, high) in suite.jitter.items():
         document = override(document, path, float(stream(identity, path).uniform(low, high)))
     parameters = {**names, "seed": seed}
-    return Case(_id(parameters), parameters, seed, document, HASHES[suite.source](document), identity)
+    drawn = suite.random.draw if suite.random else ()
+    return Case(_id(parameters, drawn), parameters, seed, document, HASHES[suite.source](document), identity)
 
 
-def _id(parameters: Mapping[str, Any]) -> str:
-    text = ",".join(f"{key}={_text(value)}" for key, value in parameters.items())
+def _id(parameters: Mapping[str, Any], drawn: Collection[str]) -> str:
+    text = _joined(parameters)
+    if drawn and len(text) > _HANDY_ID:
+        text = _joined({key: value for key, value in parameters.items() if key not in drawn})
     safe = re.sub(r"[^A-Za-z0-9._=,+-]", "_", text)
     if len(safe) <= _LONGEST_ID:
         return safe
     return f"{safe[:_LONGEST_ID]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+
+def _joined(parameters: Mapping[str, Any]) -> str:
+    return ",".join(f"{key}={_text(value)}" for key, value in parameters.items())
 
 
 def _text(value: Any) -> str:

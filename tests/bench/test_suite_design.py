@@ -78,6 +78,44 @@ def test_a_drawn_value_is_exact_in_its_record() -> None:
     assert all(a < b for a, b in pairwise(sorted(heights)))
 
 
+def test_a_name_too_long_for_a_table_is_that_of_its_point() -> None:
+    many = {f"pose.offset_mm.{axis}": [0.0, 1.0] for axis in range(3)} | {"finish.alpha": [0.1, 0.2]}
+    scene = {
+        "wheel": "paper",
+        "finish": {"name": "ground"},
+        "burr": [RIDGE],
+        "pose": {"offset_mm": [0, 0, 0]},
+    }
+    case = expand(suite(scene=scene, random={**DRAWN, **many, "points": 2}))[0]
+    assert case.id == "point=0,seed=0"
+    assert case.parameters["pose.offset_mm.1"] == case.document["pose"]["offset_mm"][1]
+
+
+def test_clean_wheels_are_a_choice_like_another() -> None:
+    drawn = {"points": 8, "burr.height_mm": [0.5, 1.0], "burr": [[], [RIDGE], [RIDGE], [RIDGE]]}
+    cases = expand(suite(random=drawn))
+    assert sorted(case.parameters["burr"] for case in cases) == ["axial_ridge"] * 6 + ["none"] * 2
+    for case in cases:  # the table is put in before its keys, whatever their order in the suite
+        heights = [burr["height_mm"] for burr in case.document["burr"]]
+        assert heights == [case.parameters["burr.height_mm"]] * (case.parameters["burr"] != "none")
+
+
+def test_conditions_are_compared_one_by_one() -> None:
+    faults = {"calm": {}, "shaken": {"vibration": {"camera_px": 0.5}, "light.ambient": 0.1}}
+    one = suite(condition=faults, sweep={"finish": ["matte", "turned"]}, seeds=[0, 1])
+    cases = expand(one)
+    assert [case.id for case in cases[:2]] == [f"condition=calm,finish=matte,seed={s}" for s in (0, 1)]
+    assert len(cases) == 8
+    assert cases[0].document.get("light") is None
+    assert cases[4].document["light"] == {"ambient": 0.1}
+    assert cases[4].document["vibration"] == {"camera_px": 0.5}
+    assert one.divided_by == ("condition",)
+    assert suite_from(one.document(), source="again") == one
+    assert "light.ambient: both jittered and set by a condition" in errors(
+        condition=faults, jitter={"light.ambient": [0.0, 1.0]}
+    )
+
+
 def test_a_resolved_design_is_read_back_as_it_was() -> None:
     one = suite(random=DRAWN)
     assert suite_from(one.document(), source="again") == one
