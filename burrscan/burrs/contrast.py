@@ -24,36 +24,17 @@ _ROWS, _COLUMNS = 8, 40
 """How far the surroundings reach, in cells."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
-_COMMON = 0.9
-_FLOOR = 2.0
-"""An anomaly is higher than so many times what a tenth of the field reaches."""
 _WHOLE = 0.5
 """What covers more than this share of a row is part of the generatrix."""
 _LEAST_VERTICES = 8
 _SATELLITE = 0.5
 _HALO_MM = 2.5
 """How far from a burr its halo and its shadow reach."""
-_ODDS = {1: 2.5, -1: 1.0 / 1.5}
-"""How much higher a neighbour of the other sign must be for a region to be its satellite, by its own sign.
-
-Light that bounces at the foot of a burr digs a dip beside it, often deeper than the burr is high; a nick
-makes no ridge of its own height."""
 
 
 def convincing(field: Field, regions: list[Region]) -> list[Region]:
-    """The regions that stand out from their surroundings and are no satellites. O(V) for each."""
-    floor = _floor_mm(field)
-    sized = [(region, peak_mm(field, region)) for region in regions]
-    kept = [(region, peak) for region, peak in sized if peak > floor and stands_out(field, region, peak)]
-    return [region for i, (region, _) in enumerate(kept) if not _satellite(field, i, kept)]
-
-
-def _floor_mm(field: Field) -> float:
-    """How large errors are that cover a tenth of the whole field: no burr is told from those."""
-    most = float(np.quantile(np.abs(field.deviation_mm), 0.995))
-    level = _box_means(field.cell, field.deviation_mm, field.count, most, (3, 3), (0, len(field.count)))
-    known = np.abs(level[np.isfinite(level)])
-    return _FLOOR * float(np.quantile(known, _COMMON)) if len(known) else 0.0
+    """The regions that stand out from their surroundings. O(V) for each."""
+    return [region for region in regions if stands_out(field, region, peak_mm(field, region))]
 
 
 def peak_mm(field: Field, region: Region) -> float:
@@ -180,21 +161,25 @@ def _box_means(
     return level
 
 
-def _satellite(field: Field, mine: int, kept: list[tuple[Region, float]]) -> bool:
-    """Whether a region lies beside another that it is a halo or a shadow of.
+def without_satellites(field: Field, regions: list[Region], certain: list[float]) -> list[int]:
+    """Numbers of the regions that are no halo and no shadow of another.
 
-    One of the same sign is, where it is less than half as high; one of the other sign, where it is lower (a
-    ripple has both signs; the odds are on the protrusion, as burrs are commoner than nicks).
+    Light that bounces at the foot of a burr digs a dip beside it, and the wall of a nick smears into a ridge.
+    Of two beside each other the one less than half as high is the other's halo; else the one with less
+    evidence, certainty over its area, is its shadow. Two burrs of the same sign may well stand side by side:
+    there the shadow has less than half of the evidence. O(cells) for each.
     """
     reach = max(int(np.ceil(_HALO_MM / field.step_mm)), _GUARD)
-    own, size = kept[mine]
-    for other, (region, larger) in enumerate(kept):
-        if other == mine:
-            continue
-        odds = 1.0 / _SATELLITE if region.sign == own.sign else _ODDS[own.sign]
-        weaker = size * odds < larger
-        if weaker:
-            near = _thick(region.cells, reach, field.closed) & own.cells
-            if near.sum() > 0.5 * own.cells.sum():
-                return True
-    return False
+    around = [_thick(region.cells, reach, field.closed) for region in regions]
+    peak = [peak_mm(field, region) for region in regions]
+    evidence = [sure * float(np.sqrt(r.cells.sum())) for sure, r in zip(certain, regions, strict=True)]
+
+    def satellite(i: int, j: int) -> bool:
+        own = regions[i].cells
+        if i == j or (around[j] & own).sum() <= 0.5 * own.sum() or peak[j] < _SATELLITE * peak[i]:
+            return False
+        odds = _SATELLITE if regions[i].sign == regions[j].sign else 1.0
+        return peak[i] < _SATELLITE * peak[j] or evidence[i] < odds * evidence[j]
+
+    numbers = range(len(regions))
+    return [i for i in numbers if not any(satellite(i, j) for j in numbers)]

@@ -18,8 +18,10 @@ _ELONGATED = 1.3
 _STRETCH_MM = 3.0
 """Least length over which a height is stated."""
 _LEAST_SIGNIFICANCE = 4.0
-_STEEPEST = 6.0
-"""Height over base width from which a cluster of outliers is likelier than a burr."""
+_STEEPEST = 3.6
+"""Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
+_NO_TRIANGLE = 0.02
+"""Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 
@@ -110,7 +112,9 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
     y = field.along_mm[site.chosen] - (weight * field.along_mm[site.chosen]).sum() / weight.sum()
     direction = _direction(x, y, weight)
     a, b = direction
-    sigma = field.sigma_mm[site.chosen] * site.inflation
+    sigma = np.hypot(
+        field.sigma_mm[site.chosen] * site.inflation, _NO_TRIANGLE * np.quantile(lift[site.on], 0.9)
+    )
     return _Frame(middle, direction, radius, Patch(x * a + y * b, y * a - x * b, lift, sigma))
 
 

@@ -89,6 +89,11 @@ class Field:
         return self.step_mm / _VERTICES_ACROSS
 
     @property
+    def arc_mm(self) -> Floats:
+        """(N,) length around the axis from the start of the arc."""
+        return np.asarray(((self.angle - self.arc[0]) % (2.0 * np.pi)) * self.foot[:, 1])
+
+    @property
     def closed(self) -> bool:
         """Whether the field goes all the way round."""
         return self.arc[1] >= 2.0 * np.pi - 1e-9

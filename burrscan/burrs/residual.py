@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.contrast import boxed, convincing
+from burrscan.burrs.contrast import boxed, convincing, without_satellites
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
@@ -14,6 +14,9 @@ from burrscan.inspection import Axis, Burr, Generatrix
 
 _MARGIN = 4
 """Cells around a region that its ridge is fitted with."""
+_HALO, _CREST = 0.2, 0.95
+_FEWEST_INSIDE = 4
+"""Fewer vertices than this off the border of the mesh are no evidence."""
 
 
 def burrs_residual(
@@ -54,50 +57,84 @@ def burrs_residual(
 
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
-    found = regions(field, false_calls_per_wheel=false_calls_per_wheel)
+    found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
     if not found:
         return ()
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    measured = _measured(field, convincing(field, found), axis, limit_mm)
     doubt = doubt_of(field)
-    return tuple(burr for burr, site in measured if _certain(field, doubt, site, burr) > least)
+    certain = [
+        (region, burr, _certain(field, doubt, site, burr, axis))
+        for region, site, burr in _measured(field, found, axis, limit_mm)
+    ]
+    certain = [one for one in certain if one[2] > least]
+    kept = without_satellites(field, [region for region, _, _ in certain], [size for _, _, size in certain])
+    return tuple(certain[i][1] for i in kept)
 
 
 def _measured(
     field: Field, found: list[Region], axis: Axis, limit_mm: float | None
-) -> list[tuple[Burr, Site]]:
+) -> list[tuple[Region, Site, Burr]]:
     """Every region's measure, of those that have one."""
     taken = np.zeros(field.count.shape, dtype=np.bool_)
     for region in found:
         taken |= region.cells
     sites = [_site(field, region, taken) for region in found]
     burrs = [describe(field, site, axis, limit_mm=limit_mm) for site in sites]
-    return [(burr, site) for burr, site in zip(burrs, sites, strict=True) if burr is not None]
+    each = zip(found, sites, burrs, strict=True)
+    return [(region, site, burr) for region, site, burr in each if burr is not None]
 
 
-def _certain(field: Field, doubt: Doubt, site: Site, burr: Burr) -> float:
+def _certain(field: Field, doubt: Doubt, site: Site, burr: Burr, axis: Axis) -> float:
     """How many standard deviations a burr is high, errors that neighbours share counted.
 
-    Shared errors are as wide as they are long: over a burr's length there are as many independent ones as it
-    is longer than wide.
+    Shared errors are as wide as they are long: up a burr there are as many independent ones as it is longer
+    than wide. Along a parallel there is one, for light bounces between surfaces that run along parallels.
+    What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.border`, and spoils what is
+    beside it.
     """
-    on = site.chosen[site.on]
+    every = site.chosen[site.on]
+    on = every[~field.border[every]]
     lift = site.sign * field.deviation_mm[on]
-    rising = lift > 0.0
-    if not rising.any():
+    if np.count_nonzero(lift > 0.0) < _FEWEST_INSIDE:
         return 0.0
-    high = float(np.quantile(lift[rising], 0.8))
+    high = float(np.quantile(lift[lift > 0.0], 0.8))
     crest = on[lift >= 0.5 * high]
-    noise = noise_around(field, doubt, crest, site.chosen)
+    noise = noise_around(field, doubt, crest, site.chosen, ragged=2 * len(on) < len(every))
     width = max(burr.width_mm.value, 2.0 * field.spacing_mm)
-    looks = max(burr.length_mm.value / width, 1.0)
+    longer = min(burr.length_mm.value / width, _looks(field, crest, width))
+    looks = max(longer * _share_along(burr, axis), 1.0)
     return high / float(np.hypot(noise.own_mm * np.sqrt(3.0 / len(crest)), noise.shared_mm / np.sqrt(looks)))
+
+
+def _looks(field: Field, crest: Ints, width_mm: float) -> int:
+    """Over how many stretches, as long as the burr is wide, its crest is seen."""
+    stretch = [np.floor(place[crest] / width_mm) for place in (field.along_mm, field.arc_mm)]
+    return max(int(np.unique(each).size) for each in stretch)
+
+
+def _share_along(burr: Burr, axis: Axis) -> float:
+    """Cosine of the angle between a burr and the plane through the axis."""
+    around = np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)
+    share = burr.T_mesh_burr[:3, 0] @ around / max(float(np.linalg.norm(around)), 1e-300)
+    return float(np.sqrt(max(1.0 - share**2, 0.0)))
 
 
 def _site(field: Field, region: Region, taken: Bools) -> Site:
     chosen = _around(field, region, taken)
     on = region.cells[field.cell[chosen, 0], field.cell[chosen, 1]]
+    on[on] = _high(field, chosen[on], region.sign)
     return Site(chosen, on, region.sign, region.significance, region.inflation)
+
+
+def _high(field: Field, on: Ints, sign: int) -> Bools:
+    """Which vertices are in cells that reach a fifth of what the highest reach: the others are halo."""
+    columns = field.count.shape[1]
+    _, cell, count = np.unique(
+        field.cell[on, 0] * columns + field.cell[on, 1], return_inverse=True, return_counts=True
+    )
+    level = np.bincount(cell, sign * field.deviation_mm[on]) / count
+    high: Bools = (level >= _HALO * np.quantile(level, _CREST))[cell]
+    return high
 
 
 def _around(field: Field, region: Region, taken: Bools) -> Ints:

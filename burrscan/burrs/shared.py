@@ -67,18 +67,19 @@ def doubt_of(field: Field) -> Doubt:
     return Doubt(np.log2(noise), size, _roughness(field.deviation_mm, noise, field.cell, field.count.shape))
 
 
-def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints) -> Noise:
+def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints, *, ragged: bool) -> Noise:
     """What the vertices ``crest`` may err by, judged by vertices like them that are not ``near``. O(N).
 
     What is stated beyond the noise that their parallel and their sector show is held to be shared: light that
-    is too little makes whole sectors noisy, not spots.
+    is too little makes whole sectors noisy, not spots. Where most of an anomaly is on the border of the mesh
+    (``ragged``) the rest shares the border's errors.
     """
     apart = np.ones(len(doubt.grade), dtype=np.bool_)
     apart[near] = False
     own, shared = _by_their_like(doubt, doubt.grade[crest], apart)
     beyond = np.median(field.stated_mm[crest] ** 2 - field.local_mm[crest] ** 2)
     shared = max(shared, float(np.sqrt(max(beyond, 0.0))))
-    if field.border[crest].mean() > 0.5:
+    if ragged:
         shared = max(shared, border_spread_mm(field.deviation_mm[field.border & apart]))
     return Noise(own, shared)
 
