@@ -7,7 +7,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
-from burrscan.axis.degenerate import too_short, undetermined
+from burrscan.axis.degenerate import undetermined
 from burrscan.axis.fit import Fit, refine
 from burrscan.axis.ridges import SPACING
 from burrscan.axis.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
@@ -77,9 +77,7 @@ def find_axis_profile(
         blur=blur, steps=full_steps, sigma=rough.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
     )  # fmt: skip
     spread = spread_of(points, cloud.points, cloud.weights, fit)
-    flags = undetermined(means, counts, rough.sigma, spread.covariance)
-    if too_short(means, fit.frame, fit.place, max(spread.noise, fit.sigma)):
-        flags = ("direction", "position")
+    flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, spread=spread)
     return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
 
 
