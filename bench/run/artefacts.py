@@ -30,6 +30,10 @@
 ``burr_z_mm``       (N, 2) float32     burrs found: extent along the true axis
 ``burr_height_mm``  (N,) float32       burrs found: height
 ``burr_match``      (N,) int16         index of the true burr it matches, or -1: a false call
+``mesh_mm``         (V, 3) float32     measured surface, at most 5000 vertices (:mod:`bench.run.coarse`)
+``mesh_faces``      (F, 3) uint16      its faces
+``mesh_values_mm``  (V,) float16       its deviation from the generatrix found
+``camera_mm``       (3,) float32       where the camera stood; absent for a mesh that nobody scanned
 =================== ================== ======================================================================
 
 A mesh that nobody scanned has no pictures: only generatrix, unrolled map and burrs are there.
@@ -48,12 +52,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.run.coarse import coarse_mesh
 from bench.score.evidence import Evidence
 from bench.score.matching import Place
 from bench.score.part import MeshEvidence, MeshTruth, PartEvidence
 from bench.score.places import transform, true_place
 from bench.score.unrolled import UnrolledGrid, grid_of, seen, unrolled_grid
-from burrscan.arrays import Floats, Image
+from burrscan.arrays import Floats, Image, Ints32
 from burrscan.files import written_whole
 from scenes.truth import Truth
 from scenes.wheel import TrueBurr, deviation_mm
@@ -77,16 +82,20 @@ def save_mesh_truth(folder: Path, truth: MeshTruth, vertices_mm: Floats) -> None
     _save(folder / "truth.npz", **_true_maps(grid_of(points), points, truth.generatrix_zr_mm, truth.burrs))
 
 
-def save_mesh_variant(folder: Path, variant: str, evidence: MeshEvidence, vertices_mm: Floats) -> None:
+def save_mesh_variant(
+    folder: Path, variant: str, evidence: MeshEvidence, vertices_mm: Floats, faces: Ints32
+) -> None:
     """Write ``<variant>.npz`` of a mesh that nobody scanned."""
     points = transform(evidence.T_part_mesh, vertices_mm)
-    _save(folder / f"{variant}.npz", **_found_maps(grid_of(points), points, evidence))
+    maps = _found_maps(grid_of(points), points, evidence)
+    _save(folder / f"{variant}.npz", **maps, **_mesh(points, faces, evidence))
 
 
 def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: int) -> None:
     """Write ``<variant>.npz``."""
     scan = evidence.outcome.scan
-    vertices = transform(evidence.T_part_mesh, evidence.outcome.surface.vertices_mm)
+    surface, pose = evidence.outcome.surface, evidence.T_part_mesh
+    vertices = transform(pose, surface.vertices_mm)
     masks = {} if scan.intensity is None else {"intensity": np.round(scan.intensity * 255).astype(np.uint8)}
     _save(
         folder / f"{variant}.npz",
@@ -95,7 +104,9 @@ def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: 
         image=_preview(scan.image, saturation_dn),
         pixels=_thinned(_pixel_codes(evidence)),
         depth_error_mm=_thinned(evidence.depth_error_mm).astype(np.float16),
+        camera_mm=transform(pose, np.zeros((1, 3)))[0].astype(np.float32),
         **_found_maps(unrolled_grid(evidence.truth), vertices, evidence),
+        **_mesh(vertices, surface.faces, evidence),
         **masks,
     )
 
@@ -121,6 +132,11 @@ def _found_maps(grid: UnrolledGrid, points_mm: Floats, evidence: PartEvidence) -
         "burr_match": np.array(evidence.matching.match, np.int16),
         **_places(evidence.matching.found),
     }
+
+
+def _mesh(points_mm: Floats, faces: Ints32, evidence: PartEvidence) -> dict[str, NDArray[Any]]:
+    mesh = coarse_mesh(points_mm, faces, evidence.inspection.deviation_mm)
+    return {"mesh_mm": mesh.vertices_mm, "mesh_faces": mesh.faces, "mesh_values_mm": mesh.values}
 
 
 def _pixel_codes(evidence: Evidence) -> NDArray[np.uint8]:
