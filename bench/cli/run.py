@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from datetime import datetime
 from pathlib import Path
 
@@ -92,20 +93,25 @@ def _where(given: argparse.Namespace) -> Path:
 def _run(given: argparse.Namespace, out_dir: Path) -> None:
     """Run what is asked for, or what the directory to resume says."""
     from bench.cli.progress import shown
+    from bench.run.costs import estimate, known_costs
     from bench.run.directory import load_run
+    from bench.run.learn import learn
     from bench.run.runner import run_suite
+    from bench.suites.cases import chosen, expand
     from bench.suites.catalogue import load_suite
+    from scenes.renderer import usable_cores
+    from scenes.transport.store import default_folder
 
     begun = load_run(out_dir) if given.resume else None
     suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
     usual = (begun.seed, begun.manifest["only"]) if begun else (0, "*")
     seed = usual[0] if given.seed is None else given.seed
+    only = given.case or usual[1]
+    done = {record.case for record in begun.records} if begun else set()
+    cases = [case for case in chosen(expand(suite, seed=seed), only) if case.id not in done]
+    workers = given.workers or usable_cores()
+    print(estimate(suite, cases, known_costs(default_folder()), workers=workers), file=sys.stderr, flush=True)
+    start = time.monotonic()
     with shown(suite.name) as progress:
-        run_suite(
-            suite,
-            out_dir,
-            workers=given.workers,
-            seed=seed,
-            only=given.case or usual[1],
-            progress=progress,
-        )
+        run_suite(suite, out_dir, workers=workers, seed=seed, only=only, progress=progress)
+    learn(default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, command, positive
 
 
 def add(commands: Commands) -> None:
@@ -14,34 +14,32 @@ def add(commands: Commands) -> None:
         commands,
         "show",
         main,
-        summary="say what is in a suite before it is run",
+        summary="say what is in a suite and what a run of it will cost",
         examples="  burrscan show quick\n  burrscan show my/suite.toml --json",
     )
     parser.add_argument("suite", metavar="SUITE", help="a suite's name, or the path of a TOML file")
+    parser.add_argument(
+        "--workers", metavar="N", type=positive, help="for the estimate (default: one per core)"
+    )
     parser.add_argument("--json", action="store_true", help="the suite resolved, as JSON")
 
 
 def main(given: argparse.Namespace) -> int:
     """Print the suite."""
+    from bench.run.costs import estimate, known_costs
     from bench.suites.cases import expand
     from bench.suites.catalogue import load_suite
-    from bench.suites.suite import Suite
+    from bench.suites.described import described
+    from scenes.renderer import usable_cores
+    from scenes.transport.store import default_folder
 
-    suite: Suite = load_suite(given.suite)
+    suite = load_suite(given.suite)
     if given.json:
         print(json.dumps(suite.document(), indent=1))
         return 0
     cases = expand(suite)
-    print(f"{suite.name}: {suite.title}\n")
-    if suite.description:
-        print(suite.description.strip() + "\n")
-    for path, values in suite.sweep.items():
-        print(f"  sweep    {path} = {', '.join(str(value) for value in values)}")
-    for path, (low, high) in suite.jitter.items():
-        print(f"  jitter   {path} between {low:g} and {high:g}")
-    print(f"  seeds    {', '.join(str(seed) for seed in suite.seeds)}")
-    for variant in suite.variant:
-        stages = ", ".join(f"{stage} = {choice}" for stage, choice in variant.stages.items())
-        print(f"  variant  {variant.name}: {stages or 'every stage as usual'}")
+    print("\n".join(described(suite)))
     print(f"\n{len(cases)} cases × {len(suite.variant)} variants = {len(cases) * len(suite.variant)} records")
+    workers = given.workers or usable_cores()
+    print(estimate(suite, cases, known_costs(default_folder()), workers=workers))
     return 0

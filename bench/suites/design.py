@@ -69,9 +69,9 @@ class Draw:
         )
 
     def __str__(self) -> str:
-        """For people."""
+        """Where values come from, for people; choices are not named."""
         if self.choices:
-            return f"one of {', '.join(map(str, self.choices))}"
+            return f"one of {len(self.choices)}"
         return f"between {self.low:g} and {self.high:g}{', on a log scale' if self.scale == 'log' else ''}"
 
 
