@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis.basis import perpendicular_basis
-from burrscan.axis.cloud import canonical_cloud, voxel_moments
+from burrscan.axis.cloud import canonical_cloud, moments, voxel_moments
 from burrscan.axis.kernel import kernel
 from burrscan.axis.sections import fit_circles, sections
 from burrscan.axis.starts import WIDTH, angle_cost, candidate_axes
@@ -61,7 +61,7 @@ def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
     e = perpendicular_basis(axis.direction)
     turn = np.stack([e[:, 0], e[:, 1], axis.direction])
     centred = vertices - axis.point_mm
-    size = float(np.sqrt(centred.var(axis=0).sum()))
+    size = float(np.sqrt(np.trace(moments(vertices)[1])))
     state: Ints = np.array([1], dtype=np.int64)
     points, index = sections(centred, faces, turn, planes=PLANES, every=True)
     circles = fit_circles(points, index, PLANES, 0.02 * size, 0, True, True, state)

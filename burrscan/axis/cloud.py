@@ -39,7 +39,7 @@ class Cloud:
 
 
 @kernel
-def _moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
+def moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
     """Mean and covariance, in two passes over the data (a mean far from the origin costs no digits)."""
     n = vertices.shape[0]
     mx, my, mz = 0.0, 0.0, 0.0
@@ -79,7 +79,7 @@ def _turned(vertices: Floats, mean: Floats, turn: Floats, points: Floats) -> Flo
 
 def canonical_cloud(vertices_mm: Floats, sigma_mm: Floats | None) -> Cloud:
     """Move a cloud to its canonical frame. O(V)."""
-    mean, covariance = _moments(vertices_mm)
+    mean, covariance = moments(vertices_mm)
     scale = float(np.sqrt(np.trace(covariance)))
     turn = np.linalg.eigh(covariance / scale**2)[1][:, ::-1]
     points = np.empty_like(vertices_mm)

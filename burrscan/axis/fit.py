@@ -223,9 +223,10 @@ def _inverse(row: Floats, stiffness: float) -> Floats:  # pragma: no cover
     return inverse
 
 
-def rotation_by(w: Floats) -> Floats:
+@kernel
+def rotation_by(w: Floats) -> Floats:  # pragma: no cover
     """Rodrigues' rotation by the vector (wx, wy, 0)."""
-    angle = float(np.hypot(w[0], w[1]))
+    angle = np.sqrt(w[0] * w[0] + w[1] * w[1])
     K = np.array([[0.0, 0.0, w[1]], [0.0, 0.0, -w[0]], [-w[1], w[0], 0.0]])
     rotation: Floats = np.eye(3) + K
     if angle >= 1e-12:
@@ -233,15 +234,15 @@ def rotation_by(w: Floats) -> Floats:
     return rotation
 
 
-def median_sigma(histogram: Floats, top: float) -> float:
+@kernel
+def median_sigma(histogram: Floats, top: float) -> float:  # pragma: no cover
     """Robust standard deviation from a histogram of absolute values up to ``top``."""
-    total = np.cumsum(histogram)
-    if total[-1] <= 0:
-        return top
-    half = 0.5 * total[-1]
-    k = int(np.searchsorted(total, half))
-    below = total[k - 1] if k else 0.0
-    return float(top * (k + (half - below) / max(histogram[k], 1e-300)) / len(histogram) / 0.6745)
+    half, below = 0.5 * histogram.sum(), 0.0
+    for k in range(len(histogram)):
+        if below + histogram[k] >= half > 0.0:
+            return float(top * (k + (half - below) / histogram[k]) / len(histogram) / 0.6745)
+        below += histogram[k]
+    return top
 
 
 def frame_of(direction: Floats) -> Floats:
@@ -296,7 +297,8 @@ def refine(
         _step(points, weights, fit, gate, freedom=0.0)
     if count and thinned is not None:
         for _ in range(THINNED_STEPS):
-            _step(thinned[0], thinned[1], fit, gate)
+            if _step(thinned[0], thinned[1], fit, gate) < SETTLED:
+                break
     for _ in range(steps if count else 0):
         if _step(points, weights, fit, gate) < SETTLED:
             break
@@ -312,15 +314,49 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     top = min(gate, 8 * fit.sigma)
     _accumulate(points, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma, top, sums, spread)
     stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
-    H, g, offset, fit.response, fit.gram = _eliminated(sums, stiffness)
-    step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
-    step = freedom * np.clip(step, -0.2, 0.2)
-    fit.coefficients = fit.coefficients + offset + fit.response @ step
-    fit.frame = fit.frame @ rotation_by(step[:2]).T
-    fit.place = fit.place - fit.frame @ np.array([step[2], step[3], 0.0])
+    step, size, offset, fit.response, fit.gram = _solved(sums, stiffness, freedom)
+    fit.coefficients, fit.frame, fit.place = _moved(
+        step, offset, fit.response, fit.coefficients, fit.frame, fit.place
+    )
     fit.sigma = max(median_sigma(spread, top), FLOOR)
     fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
-    return float(np.sqrt(max(float(step @ H @ step), 0.0))) / max(fit.sigma, fit.raw_sigma)
+    return float(size) / max(fit.sigma, fit.raw_sigma)
+
+
+@kernel
+def _solved(
+    sums: Floats, stiffness: float, freedom: float
+) -> tuple[Floats, float, Floats, Floats, Floats]:  # pragma: no cover
+    """Step of the pose, its length in the metric of the information; each piece's offset, response, inverse."""
+    H, g, offset, response, inverse = _eliminated(sums, stiffness)
+    step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
+    square = 0.0
+    for p in range(4):
+        step[p] = freedom * min(max(step[p], -0.2), 0.2)
+    for p in range(4):
+        for q in range(4):
+            square += step[p] * H[p, q] * step[q]
+    return step, np.sqrt(max(square, 0.0)), offset, response, inverse
+
+
+@kernel
+def _moved(
+    step: Floats, offset: Floats, response: Floats, coefficients: Floats, frame: Floats, place: Floats
+) -> tuple[Floats, Floats, Floats]:  # pragma: no cover
+    """Coefficients, frame and place after a step."""
+    fresh = coefficients + offset
+    for k in range(len(fresh)):
+        for i in range(3):
+            for p in range(4):
+                fresh[k, i] += response[k, i, p] * step[p]
+    turn = rotation_by(step)
+    turned, moved = np.zeros((3, 3)), place.copy()
+    for i in range(3):
+        for j in range(3):
+            for e in range(3):
+                turned[i, j] += frame[i, e] * turn[j, e]
+        moved[i] -= turned[i, 0] * step[2] + turned[i, 1] * step[3]
+    return fresh, turned, moved
 
 
 def curve_of(fit: Fit) -> Curve:

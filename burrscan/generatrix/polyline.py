@@ -222,7 +222,7 @@ def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm
             r,
             line.nodes_mm,
             line.starts,
-            *_open_ends(line),
+            *_open_ends(line.nodes_mm, line.starts),
             near.low_mm,
             near.side_mm,
             near.index,
@@ -233,14 +233,19 @@ def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm
     )
 
 
-def _open_ends(line: Polyline) -> tuple[Bools, Bools]:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _open_ends(nodes: Floats, starts: Ints) -> tuple[Bools, Bools]:
     """Segments that begin, and segments that end, where their piece has an open end."""
-    follows = np.zeros(len(line.starts), dtype=np.bool_)
-    follows[1:] = np.diff(line.starts) == 1
-    begins, ends = ~follows, ~np.append(follows[1:], False)
-    for i, j in zip(np.flatnonzero(begins), np.flatnonzero(ends), strict=True):
-        if np.array_equal(line.nodes_mm[line.starts[i]], line.nodes_mm[line.starts[j] + 1]):
-            begins[i] = ends[j] = False
+    count = len(starts)
+    begins, ends = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    first = 0
+    for k in range(count):
+        if k + 1 < count and starts[k + 1] == starts[k] + 1:
+            continue
+        a, b = starts[first], starts[k] + 1
+        is_open = nodes[a, 0] != nodes[b, 0] or nodes[a, 1] != nodes[b, 1]
+        begins[first], ends[k] = is_open, is_open
+        first = k + 1
     return begins, ends
 
 
@@ -266,7 +271,7 @@ def _feet(
         u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
         if not (0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]):
             continue
-        cell = index[int(u), int(v)]
+        cell = index[np.uint32(u), np.uint32(v)]
         if cell < 0:
             continue
         best, least, facing = -1, np.inf, 0.0
