@@ -1,0 +1,121 @@
+"""A view made ready for comparison: normals, borders, a search tree, and the samples that are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.errors import InputError
+from burrscan.registration.alignment import PosedSurface
+
+_FEWEST = 100
+_ROUNDS = 6
+_LOPSIDED = 0.5
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """The vertices that have a normal, in the camera frame.
+
+    Parameters
+    ----------
+    points_mm, normals
+        (V, 3).
+    sigma_mm
+        (V,).
+    border
+        (V,) True at and beside the rim of the mesh, where the nearest vertex need not be the nearest place
+        and normals lean.
+    samples
+        (S,) indices of the vertices that are compared with other views.
+    tree
+        Over the points.
+    pitch_mm
+        Median distance between neighbours.
+
+    """
+
+    points_mm: Floats
+    normals: Floats
+    sigma_mm: Floats
+    border: Bools
+    samples: Ints
+    tree: cKDTree
+    pitch_mm: float
+
+
+def cloud_of(view: PosedSurface, *, samples: int, rng: np.random.Generator, name: str) -> Cloud:
+    """Prepare a view. O(V log V).
+
+    Raises
+    ------
+    InputError
+        When the mesh has hardly any faces: without faces there are no normals.
+
+    """
+    used, normals = _normals(view.vertices_mm, view.faces)
+    if used.sum() < _FEWEST:
+        raise InputError(f"{name}: only {used.sum()} vertices lie on faces; an alignment needs a mesh")
+    normals, shift = _planes(normals, np.where(used[:, None], view.vertices_mm, 0.0), view.faces)
+    points = np.ascontiguousarray(view.vertices_mm[used])
+    chosen = np.sort(rng.permutation(len(points))[:samples])
+    tree = cKDTree(points)
+    apart = np.asarray(tree.query(points[chosen[:1000]], k=2)[0])
+    pitch = float(np.median(apart[:, 1]))
+    border = _on_border(len(view.vertices_mm), view.faces)[used] | (shift[used] > _LOPSIDED * pitch)
+    return Cloud(points, normals[used], view.sigma_mm[used], border, chosen, tree, pitch)
+
+
+def _normals(vertices_mm: Floats, faces: Ints32) -> tuple[Bools, Floats]:
+    """(V,) vertices on a face of some area, and (V, 3) unit normals, weighted by the faces' areas."""
+    a, b, c = (vertices_mm[faces[:, corner]] for corner in range(3))
+    cross = np.cross(b - a, c - a)
+    whole = np.isfinite(cross).all(axis=1)
+    corners, areas = faces[whole].ravel(), np.repeat(cross[whole], 3, axis=0)
+    total = np.stack([np.bincount(corners, areas[:, k], len(vertices_mm)) for k in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1)
+    return length > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None]
+
+
+def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, Floats]:
+    """Normals of the planes through every vertex's surroundings, and how lopsided those are, mm.
+
+    Noise in the normals of a surface of revolution looks like information about the turn that slides it along
+    itself (errors in variables), and so does any lean. Surroundings of some forty vertices leave little of
+    the noise; the plane of least squares does not lean with the diagonals of the faces, as a mean of their
+    normals does. Beside a rim it does lean: (V,) is how far the middle of the surroundings is off, sideways.
+
+    Notes
+    -----
+    The moments are averaged over neighbours, a few times over. O(V + T).
+    """
+    count = len(normals)
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    ends = np.concatenate([edges, edges[:, ::-1]])
+    joined = sparse.csr_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    share = 1.0 / (1.0 + np.asarray(joined.sum(axis=1)))[:, None]
+    local = points_mm - points_mm.mean(axis=0)
+    moments = np.concatenate([local, (local[:, :, None] * local[:, None, :]).reshape(count, 9)], axis=1)
+    for _ in range(_ROUNDS):
+        moments = share * (moments + joined @ moments)
+    middle = moments[:, :3]
+    scatter = moments[:, 3:].reshape(count, 3, 3) - middle[:, :, None] * middle[:, None, :]
+    plane = np.linalg.eigh(scatter)[1][:, :, 0]
+    plane *= np.where(np.einsum("ij,ij->i", plane, normals) < 0.0, -1.0, 1.0)[:, None]
+    off = middle - local
+    sideways = off - np.einsum("ij,ij->i", off, plane)[:, None] * plane
+    return plane, np.linalg.norm(sideways, axis=1).astype(float)
+
+
+def _on_border(count: int, faces: Ints32) -> Bools:
+    """(V,) vertices of edges that only one face has."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    key = edges[:, 0].astype(np.int64) * count + edges[:, 1]
+    _, first, times = np.unique(key, return_index=True, return_counts=True)
+    border = np.zeros(count, dtype=bool)
+    border[edges[first[times == 1]].ravel()] = True
+    return border

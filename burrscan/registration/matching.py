@@ -1,0 +1,51 @@
+"""Which places of two views are the same: the nearest ones that look the same way.
+
+The distance is measured along the mean of the two normals (Rusinkiewicz 2019): between two vertices of one
+curved surface it is then zero, where a plane through one of them would be off by the sagitta.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.registration.alignment import Pairs
+from burrscan.registration.cloud import Cloud
+
+_SAME_SIDE = 0.8
+"""Cosine between the normals of what is compared, at least: an edge's two faces are two surfaces."""
+
+
+def all_pairs(clouds: Sequence[Cloud], poses: Floats, *, gate_mm: float) -> list[Pairs]:
+    """The samples of every view against every other view that is within the gate. O(N² S log V)."""
+    numbers = permutations(range(len(clouds)), 2)
+    found = (_pairs(clouds, poses, moving, fixed, gate_mm) for moving, fixed in numbers)
+    return [pairs for pairs in found if len(pairs.samples)]
+
+
+def placed(pose: Floats, points_mm: Floats) -> Floats:
+    """Points (..., 3) of a camera frame in the world frame."""
+    moved: Floats = points_mm @ pose[:3, :3].T + pose[:3, 3]
+    return moved
+
+
+def _pairs(clouds: Sequence[Cloud], poses: Floats, moving: int, fixed: int, gate_mm: float) -> Pairs:
+    one, other = clouds[moving], clouds[fixed]
+    points = placed(poses[moving], one.points_mm[one.samples])
+    rotation, origin = poses[fixed][:3, :3], poses[fixed][:3, 3]
+    distance, nearest = other.tree.query((points - origin) @ rotation, distance_upper_bound=gate_mm)
+    near = np.flatnonzero(np.isfinite(distance))
+    nearest = np.asarray(nearest)[near]
+    theirs = other.normals[nearest] @ rotation.T
+    own = one.normals[one.samples[near]] @ poses[moving][:3, :3].T
+    rims = other.border[nearest] | one.border[one.samples[near]]
+    same = ~rims & (np.einsum("ij,ij->i", own, theirs) > _SAME_SIDE)
+    near, nearest, normals = near[same], nearest[same], own[same] + theirs[same]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    place = placed(poses[fixed], other.points_mm[nearest])
+    sigma = np.hypot(one.sigma_mm[one.samples[near]], other.sigma_mm[nearest])
+    across = np.einsum("ij,ij->i", points[near] - place, normals)
+    return Pairs(moving, fixed, 0.5 * (points[near] + place), normals, across, sigma, near)

@@ -1,0 +1,50 @@
+"""One mesh of all views."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints32, freeze
+from burrscan.registration.alignment import Alignment, PosedSurface
+from burrscan.registration.matching import placed
+
+
+@dataclass(frozen=True)
+class Merged:
+    """All views in the world frame.
+
+    Parameters
+    ----------
+    vertices_mm, faces
+        (V, 3) and (T, 3): the views one after the other. Where views overlap, so do their faces: both saw it.
+    sigma_mm
+        (V,) standard deviation of the vertices.
+    view
+        (V,) which view a vertex comes from.
+
+    """
+
+    vertices_mm: Floats
+    faces: Ints32
+    sigma_mm: Floats
+    view: Ints32
+
+    def __post_init__(self) -> None:
+        freeze(self, vertices_mm=self.vertices_mm, faces=self.faces, sigma_mm=self.sigma_mm, view=self.view)
+
+
+def merge(views: Sequence[PosedSurface], alignment: Alignment) -> Merged:
+    """Lay the views together by their aligned poses. O(V)."""
+    counts = [len(view.vertices_mm) for view in views]
+    starts = np.cumsum([0, *counts[:-1]])
+    points = [placed(p, v.vertices_mm) for p, v in zip(alignment.T_world_camera, views, strict=True)]
+    faces = [view.faces + start for view, start in zip(views, starts, strict=True)]
+    return Merged(
+        vertices_mm=np.concatenate(points),
+        faces=np.concatenate(faces).astype(np.int32),
+        sigma_mm=np.concatenate([view.sigma_mm for view in views]),
+        view=np.repeat(np.arange(len(views), dtype=np.int32), counts),
+    )
