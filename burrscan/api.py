@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from burrscan.arrays import Floats
+from burrscan.errors import InputError
 from burrscan.inspection import Inspection
 from burrscan.pipeline import Pipeline, Stage, inspect_surface, run
 from burrscan.scanner import Scanner
@@ -76,6 +77,8 @@ def inspect_mesh(
     """
     stages = {"axis": _stage(axis), "generatrix": _stage(generatrix), "burrs": _stage(burrs)}
     if limit_mm is not None:
+        if not (np.isfinite(limit_mm) and limit_mm >= 0.0):
+            raise InputError(f"limit_mm is {limit_mm}: a size limit is a length in mm, zero or more")
         stages["burrs"] = _with(stages["burrs"], {"limit_mm": limit_mm})
     return inspect_surface(
         np.asarray(vertices, dtype=np.float64),

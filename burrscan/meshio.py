@@ -72,10 +72,10 @@ def read_mesh(path: Path, *, unit: str = "mm") -> MeshData:
 
 
 def _loaded(path: Path) -> tuple[Floats, Ints32]:
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: '{path.suffix}' is no mesh format known here; known: {', '.join(FORMATS)}")
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: '{path.suffix}' is no mesh format known here; known: {', '.join(FORMATS)}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

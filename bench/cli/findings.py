@@ -50,6 +50,8 @@ def doubts(vertices_mm: Floats) -> list[str]:
 
 def _axis_lines(axis: Axis) -> list[str]:
     stated = f"± {axis.sigma_deg:.4f} deg" if math.isfinite(axis.sigma_deg) else "no deviation stated"
+    if "direction" in axis.undetermined:
+        stated = "any other as good"
     point, direction = _vector(axis.point_mm, 3), _vector(axis.direction, 5)
     lines = [f"axis          point {point} mm, direction {direction}, {stated}, by '{axis.method}'"]
     if axis.undetermined:

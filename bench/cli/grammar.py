@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -40,10 +41,20 @@ def positive(text: str) -> int:
     return number
 
 
+def length_mm(text: str) -> float:
+    """A finite length of zero or more."""
+    length = float(text)
+    if not (math.isfinite(length) and length >= 0.0):
+        raise argparse.ArgumentTypeError(f"{text} is no length in mm")
+    return length
+
+
 def add_inspection_options(parser: argparse.ArgumentParser) -> None:
     """The options of everything that inspects a surface."""
     parser.add_argument("--axis", metavar="METHOD", default="profile", help="a short name or module:function")
-    parser.add_argument("--limit", metavar="MM", type=float, help="height up to which a burr is permitted")
+    parser.add_argument(
+        "--limit", metavar="MM", type=length_mm, help="height up to which a burr is permitted"
+    )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write everything found as JSON")
     parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh with its deviations as PLY")
 
