@@ -42,6 +42,8 @@ class Site:
         The detection statistic over its noise.
     inflation
         How much the noise of a mean of many vertices exceeds what independent noise would give.
+    shared_share
+        Share of the errors' variance that neighbours have in common: such errors hide the cross-section.
 
     """
 
@@ -50,6 +52,7 @@ class Site:
     sign: int
     significance: float
     inflation: float = 1.0
+    shared_share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,8 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
 
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
-    height = Value(*height_of(frame.patch, ridge, least_mm=max(_STRETCH_MM, 4.0 * field.spacing_mm)))
+    most, sigma = height_of(frame.patch, ridge, least_mm=max(_STRETCH_MM, 4.0 * field.spacing_mm))
+    height = Value(most, float(np.hypot(sigma, site.shared_share * ridge.open_mm)))
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
@@ -9,8 +11,8 @@ from burrscan.burrs.contrast import boxed, convincing, without_satellites
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
-from burrscan.burrs.shared import Doubt, doubt_of, noise_around
-from burrscan.inspection import Axis, Burr, Generatrix
+from burrscan.burrs.shared import Doubt, Noise, doubt_of, noise_around
+from burrscan.inspection import Axis, Burr, Generatrix, Value
 
 _MARGIN = 4
 """Cells around a region that its ridge is fitted with."""
@@ -61,34 +63,43 @@ def burrs_residual(
     if not found:
         return ()
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    doubt = doubt_of(field)
-    certain = [
-        (region, burr, _certain(field, doubt, site, burr, axis))
-        for region, site, burr in _measured(field, found, axis, limit_mm)
-    ]
-    certain = [one for one in certain if one[2] > least]
+    doubt, certain = doubt_of(field), []
+    for region, site in _sites(field, found):
+        crest, high, noise = _crest(field, doubt, site)
+        burr = describe(field, replace(site, shared_share=noise.shared_share), axis, limit_mm=limit_mm)
+        if burr is None or not len(crest):
+            continue
+        shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
+        size = high / float(np.hypot(noise.own_mm * np.sqrt(3.0 / len(crest)), shared_mm))
+        if size > least:
+            certain.append((region, _less_sure(burr, shared_mm), size))
     kept = without_satellites(field, [region for region, _, _ in certain], [size for _, _, size in certain])
     return tuple(certain[i][1] for i in kept)
 
 
-def _measured(
-    field: Field, found: list[Region], axis: Axis, limit_mm: float | None
-) -> list[tuple[Region, Site, Burr]]:
-    """Every region's measure, of those that have one."""
+def _less_sure(burr: Burr, shared_mm: float) -> Burr:
+    """The burr with a height, an area and a volume that allow for an error all over it."""
+    share = shared_mm / max(burr.height_mm.value, 1e-300)
+
+    def wider(value: Value) -> Value:
+        return Value(value.value, float(np.hypot(value.sigma, value.value * share)))
+
+    height, area, volume = wider(burr.height_mm), wider(burr.area_mm2), wider(burr.volume_mm3)
+    return replace(burr, height_mm=height, area_mm2=area, volume_mm3=volume)
+
+
+def _sites(field: Field, found: list[Region]) -> list[tuple[Region, Site]]:
     taken = np.zeros(field.count.shape, dtype=np.bool_)
     for region in found:
         taken |= region.cells
-    sites = [_site(field, region, taken) for region in found]
-    burrs = [describe(field, site, axis, limit_mm=limit_mm) for site in sites]
-    each = zip(found, sites, burrs, strict=True)
-    return [(region, site, burr) for region, site, burr in each if burr is not None]
+    return [(region, _site(field, region, taken)) for region in found]
 
 
-def _certain(field: Field, doubt: Doubt, site: Site, burr: Burr, axis: Axis) -> float:
-    """How many standard deviations a burr is high, errors that neighbours share counted.
+def _crest(field: Field, doubt: Doubt, site: Site) -> tuple[Ints, float, Noise]:
+    """The vertices that an anomaly's height rests on, their typical height, mm, and what they err by.
 
-    Shared errors are as wide as they are long: up a burr there are as many independent ones as it is longer
-    than wide. Along a parallel there is one, for light bounces between surfaces that run along parallels.
+    Errors that neighbours share are counted. No vertices where there are too few.
+
     What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.border`, and spoils what is
     beside it.
     """
@@ -96,26 +107,28 @@ def _certain(field: Field, doubt: Doubt, site: Site, burr: Burr, axis: Axis) -> 
     on = every[~field.border[every]]
     lift = site.sign * field.deviation_mm[on]
     if np.count_nonzero(lift > 0.0) < _FEWEST_INSIDE:
-        return 0.0
+        return on[:0], 0.0, Noise(0.0, 0.0)
     high = float(np.quantile(lift[lift > 0.0], 0.8))
-    crest = on[lift >= 0.5 * high]
-    noise = noise_around(field, doubt, crest, site.chosen, ragged=2 * len(on) < len(every))
-    width = max(burr.width_mm.value, 2.0 * field.spacing_mm)
-    longer = min(burr.length_mm.value / width, _looks(field, crest, width))
-    looks = max(longer * _share_along(burr, axis), 1.0)
-    return high / float(np.hypot(noise.own_mm * np.sqrt(3.0 / len(crest)), noise.shared_mm / np.sqrt(looks)))
+    crest: Ints = on[lift >= 0.5 * high]
+    return crest, high, noise_around(field, doubt, crest, site.chosen, ragged=2 * len(on) < len(every))
 
 
-def _looks(field: Field, crest: Ints, width_mm: float) -> int:
-    """Over how many stretches, as long as the burr is wide, its crest is seen."""
-    stretch = [np.floor(place[crest] / width_mm) for place in (field.along_mm, field.arc_mm)]
-    return max(int(np.unique(each).size) for each in stretch)
+def _looks(field: Field, crest: Ints, burr: Burr, axis: Axis) -> float:
+    """How many independent values shared errors have on a burr: they are as wide as they are long.
+
+    Up a burr there are as many as it is longer than wide, as far as its crest is seen. Along a parallel there
+    is one, for light bounces between surfaces that run along parallels.
+    """
+    width: float = max(burr.width_mm.value, 2.0 * field.spacing_mm)
+    stretches = [np.floor(place[crest] / width) for place in (field.along_mm, field.arc_mm)]
+    seen = max(len(set(each.tolist())) for each in stretches)
+    return max(min(burr.length_mm.value / width, seen) * _share_along(burr, axis), 1.0)
 
 
 def _share_along(burr: Burr, axis: Axis) -> float:
     """Cosine of the angle between a burr and the plane through the axis."""
     around = np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)
-    share = burr.T_mesh_burr[:3, 0] @ around / max(float(np.linalg.norm(around)), 1e-300)
+    share = float(burr.T_mesh_burr[:3, 0] @ around) / max(float(np.linalg.norm(around)), 1e-300)
     return float(np.sqrt(max(1.0 - share**2, 0.0)))
 
 

@@ -78,6 +78,8 @@ class Ridge:
         Standard deviation of the height, all else taken as known.
     misfit
         ``chi2`` per vertex.
+    open_mm
+        By how much the height would change with the other kind of cross-section.
 
     """
 
@@ -89,6 +91,7 @@ class Ridge:
     chi2: float
     noise_mm: float
     misfit: float
+    open_mm: float = 0.0
 
     @property
     def height_mm(self) -> float:
@@ -146,8 +149,18 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
             return None
         ridge = _fitted(inside, ridge.parameters, 1, _SYMMETRIC, extent, spacing_mm)
     if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
-        return _richest(inside, ridge, spacing_mm)
-    return _narrow(inside, ridge, spacing_mm)
+        return _opened(inside, _richest(inside, ridge, spacing_mm), spacing_mm)
+    return _opened(inside, _narrow(inside, ridge, spacing_mm), spacing_mm)
+
+
+def _opened(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
+    """The ridge, and how far its height depends on the cross-section.
+
+    A scanner rounds crests off by its footprint, so the triangle may be the better height though the parabola
+    fits better.
+    """
+    other = _fitted(patch, ridge.parameters, 3 - ridge.power, _ALL, (ridge.start_mm, ridge.end_mm), spacing)
+    return replace(ridge, open_mm=min(abs(other.height_mm - ridge.height_mm), 0.5 * ridge.height_mm))
 
 
 def _between(patch: Patch, extent: tuple[float, float]) -> Patch:
