@@ -1,6 +1,7 @@
 """What axis, generatrix and burrs cost and how good the axis is, against size and against peers.
 
     NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 python -m bench.perf.geometry [--largest MILLIONS] [--seeds N]
+        [--shape NAME]
 
 First: processor time of ``inspect_mesh`` on one synthetic scan with a burr, from 0.1 to 10 million triangles,
 beside reading the same mesh once from a binary PLY (the stages are wall time); ``--largest 0`` leaves it out.
@@ -40,6 +41,7 @@ def main() -> None:
     )
     parser.add_argument("--largest", type=float, default=10.0)
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--shape", choices=sorted({task.profile for task in TASKS}), help="only this one")
     given = parser.parse_args()
     sizes = [millions for millions in SIZES if millions <= given.largest]
     if sizes:
@@ -48,7 +50,7 @@ def main() -> None:
         _say(size_line(millions))
     peers = installed()
     _say("", HEADS)
-    for task in TASKS:
+    for task in TASKS if given.shape is None else [t for t in TASKS if t.profile == given.shape]:
         for name, peer in peers.items():
             _say(peer_line(name, peer, task, given.seeds))
 

@@ -1,7 +1,8 @@
 """Slippage with Taubin's normalisation: a velocity field tangential to the surface.
 
 J. Andrews, C. H. Séquin, "Generalized, basis-independent kinematic surface fitting", Computer-Aided Design 45
-(2013) 615-620: minimise Σ (v · n)² / Σ |v|² with v = c̄ + a × p, which takes most of the line complex's bias.
+(2013) 615-620 (pages from memory): minimise Σ (v · n)² / Σ |v|² with v = c̄ + a × p, which takes most of the
+line complex's bias.
 """
 
 from __future__ import annotations

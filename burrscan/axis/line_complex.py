@@ -2,7 +2,8 @@
 
 H. Pottmann, T. Randrup, "Rotational and helical surface approximation for reverse engineering", Computing 60
 (1998) 307-322; H. Pottmann, I.-K. Lee, T. Randrup, "Reconstruction of kinematic surfaces from scattered
-data", 1998 (the seed's reference 5).
+data", Symposium on Geodesy for Geotechnical and Structural
+Engineering, 1998, 483-488 (the seed's reference 5).
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """RANSAC over line complexes, with the sign-free distance of Cao and Mumford as its cost.
 
-J. H. Hong et al., "PotSAC: a robust axis estimator for axially symmetric pot fragments", ICCV workshops 2019;
-Y. Cao, D. Mumford, "Geometric structure estimation of axially symmetric pots from small fragments", 2002.
+J. H. Hong et al., "PotSAC: a robust axis estimator for axially symmetric pot fragments", ICCV workshops 2019
+(cited from memory: the paper was not at hand); Y. Cao, D. Mumford, "Geometric structure estimation of axially
+symmetric pots from small fragments", 2002.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Uniform search over directions for planar sections of constant curvature.
 
 X. Qian, X. Huang, "Reconstruction of surfaces of revolution with partial sampling", Journal of Computational
-and
-Applied Mathematics 163 (2004) 211-217 (the seed's reference 14). Curvature is the difference of consecutive
-normals over the distance of their points; it needs dense samples and hardly bears noise.
+and Applied Mathematics 163 (2004) 211-217 (as the seed cites it, reference 14). Curvature is the difference
+of consecutive normals over the distance of their points; it needs dense samples and hardly bears noise.
 """
 
 from __future__ import annotations
