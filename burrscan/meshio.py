@@ -36,15 +36,19 @@ class MeshData:
         (V, 3) finite and (T, 3); a cloud has no faces.
     notices
         What was dropped or guessed while reading, one sentence each.
+    sigma_mm
+        (V,) standard deviation of the vertices, where a PLY has the property ``sigma_mm``, as
+        ``burrscan scan`` and ``burrscan merge`` write it; None where it has not.
 
     """
 
     vertices_mm: Floats
     faces: Ints32
     notices: tuple[str, ...] = ()
+    sigma_mm: Floats | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, vertices_mm=self.vertices_mm, faces=self.faces)
+        freeze(self, vertices_mm=self.vertices_mm, faces=self.faces, sigma_mm=self.sigma_mm)
 
 
 def read_mesh(path: Path, *, unit: str = "mm") -> MeshData:
@@ -65,13 +69,13 @@ def read_mesh(path: Path, *, unit: str = "mm") -> MeshData:
     """
     if unit not in UNITS_MM:
         raise InputError(f"unknown unit '{unit}': {suggest(unit, list(UNITS_MM))}")
-    vertices, faces = _loaded(Path(path))
+    vertices, faces, sigma = _loaded(Path(path))
     if not len(vertices):
         raise InputError(f"{path}: holds no vertices")
-    return _cleaned(vertices * UNITS_MM[unit], faces)
+    return _cleaned(vertices * UNITS_MM[unit], faces, sigma)
 
 
-def _loaded(path: Path) -> tuple[Floats, Ints32]:
+def _loaded(path: Path) -> tuple[Floats, Ints32, Floats | None]:
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     if path.suffix.lower() not in FORMATS:
@@ -83,7 +87,18 @@ def _loaded(path: Path) -> tuple[Floats, Ints32]:
     except Exception as error:
         raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {error}") from error
     parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
-    return _stacked(parts)
+    return *_stacked(parts), _stated_sigma(parts)
+
+
+def _stated_sigma(parts: list[Any]) -> Floats | None:
+    """The vertex property ``sigma_mm`` of a PLY, which is in mm whatever the unit of the coordinates."""
+    if len(parts) != 1:
+        return None
+    vertex = parts[0].metadata.get("_ply_raw", {}).get("vertex", {})
+    if "sigma_mm" not in vertex.get("properties", {}):
+        return None
+    sigma = np.asarray(vertex["data"]["sigma_mm"], dtype=np.float64).ravel()
+    return sigma if len(sigma) == len(parts[0].vertices) else None
 
 
 def _stacked(parts: list[Any]) -> tuple[Floats, Ints32]:
@@ -98,7 +113,7 @@ def _stacked(parts: list[Any]) -> tuple[Floats, Ints32]:
     return np.concatenate(vertices), np.concatenate(faces).astype(np.int32)
 
 
-def _cleaned(vertices: Floats, faces: Ints32) -> MeshData:
+def _cleaned(vertices: Floats, faces: Ints32, sigma: Floats | None) -> MeshData:
     """Without vertices that are not numbers, and without faces that name none."""
     notices = []
     inside = ((faces >= 0) & (faces < len(vertices))).all(axis=1)
@@ -110,12 +125,12 @@ def _cleaned(vertices: Floats, faces: Ints32) -> MeshData:
         notices.append(f"{int((~finite).sum())} of {len(vertices)} vertices are not finite numbers: dropped")
         number = np.cumsum(finite, dtype=np.int32) - np.int32(1)
         faces = number[faces[finite[faces].all(axis=1)]]
-        vertices = vertices[finite]
+        vertices, sigma = vertices[finite], None if sigma is None else sigma[finite]
     if not len(vertices):
         raise InputError("the mesh holds no finite vertices")
     if not len(faces):
         notices.append("no faces: read as a cloud of vertices")
-    return MeshData(np.ascontiguousarray(vertices), np.ascontiguousarray(faces), tuple(notices))
+    return MeshData(np.ascontiguousarray(vertices), np.ascontiguousarray(faces), tuple(notices), sigma)
 
 
 def write_deviation_ply(path: Path, vertices_mm: Floats, faces: Ints32, deviation_mm: Floats) -> None:

@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 
 COMMANDS = (
-    "doctor", "run", "compare", "accept", "history", "report", "suites", "show", "render", "scan",
-    "calibrate", "detect",
+    "doctor", "run", "compare", "accept", "history", "report", "leaderboard", "suites", "show", "render",
+    "scan", "calibrate", "merge", "detect",
 )  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 

@@ -44,6 +44,8 @@ def main(given: argparse.Namespace) -> int:
     mesh = read_mesh(given.mesh, unit=given.unit)
     for notice in (*mesh.notices, *doubts(mesh.vertices_mm)):
         print(f"note: {notice}", file=sys.stderr)
-    inspection = inspect_mesh(mesh.vertices_mm, mesh.faces, axis=given.axis, limit_mm=given.limit)
+    inspection = inspect_mesh(
+        mesh.vertices_mm, mesh.faces, sigma_mm=mesh.sigma_mm, axis=given.axis, limit_mm=given.limit
+    )
     deliver(inspection, mesh.vertices_mm, mesh.faces, json=given.json, ply=given.ply)
     return 0

@@ -1,0 +1,83 @@
+"""Views from files, and their aligned poses to a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from burrscan.arrays import Floats
+from burrscan.documents import STRICT, build, read_json
+from burrscan.errors import InputError
+from burrscan.files import written_whole
+from burrscan.meshio import read_mesh
+from burrscan.registration.alignment import Alignment, PosedSurface
+
+Positive = Annotated[float, Field(gt=0.0)]
+Row = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, config=STRICT)
+class PosesFile:
+    """The rough poses of several views, in the order of the meshes, and how good they are (one sigma)."""
+
+    T_world_camera: tuple[tuple[Row, Row, Row, Row], ...]
+    sigma_mm: Positive = 0.5
+    sigma_deg: Positive = 0.2
+
+
+def read_views(meshes: Sequence[Path], poses: Path) -> tuple[list[PosedSurface], float, float]:
+    """Read views and their rough poses.
+
+    Returns
+    -------
+    views, sigma_mm, sigma_deg
+        What :func:`burrscan.registration.align` asks for.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, or another number of poses than of meshes.
+
+    """
+    document = read_json(poses)
+    if not isinstance(document, dict):
+        raise InputError(f"{poses}: not a JSON object with T_world_camera")
+    told = build(PosesFile, document, source=str(poses))
+    if len(told.T_world_camera) != len(meshes):
+        raise InputError(f"{poses}: {len(told.T_world_camera)} poses for {len(meshes)} meshes")
+    views = [_view(path, np.array(pose)) for path, pose in zip(meshes, told.T_world_camera, strict=True)]
+    return views, told.sigma_mm, told.sigma_deg
+
+
+def write_alignment(path: Path, found: Alignment) -> None:
+    """Write the aligned poses, their covariances and overlaps as JSON."""
+    document = {
+        "schema": "burrscan-alignment/1",
+        "T_world_camera": found.T_world_camera.tolist(),
+        "covariance": found.covariance.tolist(),
+        "moved_mm": found.moved_mm.tolist(),
+        "overlap": found.overlap.tolist(),
+        "rms_mm": found.rms_mm if np.isfinite(found.rms_mm) else None,
+        "iterations": found.iterations,
+    }
+    with written_whole(path) as beside:
+        beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
+
+
+def _view(path: Path, pose: Floats) -> PosedSurface:
+    mesh = read_mesh(path)
+    if mesh.sigma_mm is not None:
+        return PosedSurface(mesh.vertices_mm, mesh.faces, mesh.sigma_mm, pose)
+    unknown = np.full(len(mesh.vertices_mm), _unstated_sigma_mm(mesh.vertices_mm))
+    return PosedSurface(mesh.vertices_mm, mesh.faces, unknown, pose)
+
+
+def _unstated_sigma_mm(vertices_mm: Floats) -> float:
+    """A ten-thousandth of the mesh, as fair scanners reach; the alignment raises it where views disagree."""
+    return 1e-4 * float(np.ptp(vertices_mm, axis=0).max())
