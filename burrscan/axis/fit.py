@@ -297,8 +297,7 @@ def refine(
         _step(points, weights, fit, gate, freedom=0.0)
     if count and thinned is not None:
         for _ in range(THINNED_STEPS):
-            if _step(thinned[0], thinned[1], fit, gate) < SETTLED:
-                break
+            _step(thinned[0], thinned[1], fit, gate)
     for _ in range(steps if count else 0):
         if _step(points, weights, fit, gate) < SETTLED:
             break
@@ -327,7 +326,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
 def _solved(
     sums: Floats, stiffness: float, freedom: float
 ) -> tuple[Floats, float, Floats, Floats, Floats]:  # pragma: no cover
-    """Step of the pose, its length in the metric of the information; each piece's offset, response, inverse."""
+    """Step of the pose and its length in units of sigma; each piece's offset, response, inverse matrix."""
     H, g, offset, response, inverse = _eliminated(sums, stiffness)
     step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
     square = 0.0

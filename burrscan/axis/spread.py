@@ -15,6 +15,8 @@ BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
 LEAST_SHARE = 0.3
 """Information of which less than this share is more than noise of the generatrix's slope is none."""
+LEAST_FREEDOM = 2.0
+"""Fewer degrees of freedom are none: the series for the quantile ends there."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,8 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
 
     The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
     widened where sums over sectors vary more than independent points would (quasi-likelihood with the
-    clustered scores of Liang & Zeger), as with burrs along the axis, correlated noise, treads or spokes.
+    clustered scores of Liang & Zeger), as with burrs along the axis, correlated noise, treads or spokes; and
+    by what makes ±1.96 sigma hold 95 % although few sectors tell that.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
@@ -194,11 +197,38 @@ def _widening(sums: Floats, shares: Floats, variance: float) -> float:
     return max(1.0, float((sums * sums).sum()) / (variance * expected))
 
 
+def _freedom(shares: Floats) -> float:
+    """Degrees of freedom of the sectors' disagreement, 2 E² / Var of Σ |s|² (Satterthwaite 1946).
+
+    In the basis where the information is the identity, the scores of sectors s and t covary by
+    I_s δ_st - I_s I_t, of which the squares sum up through Σ I_s² alone.
+    """
+    squares = np.einsum("spq,sqr->spr", shares, shares)
+    own, total = shares - squares, squares.sum(axis=0)
+    twice = float((total * total).sum() - (squares * squares).sum() + (own * own).sum())
+    mean = float(np.einsum("spp->", own))
+    return max(mean**2 / max(twice, 1e-300), LEAST_FREEDOM)
+
+
+def _quantile_ratio(widening: float, freedom: float) -> float:
+    """Student's 97.5 % quantile over the normal one (Abramowitz & Stegun 26.7.5).
+
+    The variance is the sum of the points' own, well known, and of the excess over it, known from few sectors
+    only: its degrees of freedom are those of the sum (Satterthwaite 1946).
+    """
+    inverse = ((widening - 1.0) / widening) ** 2 / freedom
+    square = 1.96**2
+    first, second = (square + 1.0) / 4.0, (5.0 * square**2 + 16.0 * square + 3.0) / 96.0
+    return 1.0 + inverse * (first + inverse * second)
+
+
 def _spread(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> Spread:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
-    widening = _widening(sums @ whiten, whiten.T @ shares @ whiten, variance)
+    inside = whiten.T @ shares @ whiten
+    widening = _widening(sums @ whiten, inside, variance)
+    widening *= _quantile_ratio(widening, _freedom(inside)) ** 2
     real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
     basis = whiten @ modes
     covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening

@@ -72,7 +72,7 @@ def step(
         scale_mm,
         *_multiplicity(count),
     )
-    offset = _offsets(diagonal, upper, right, line.starts)
+    offset: Floats = _offsets(diagonal, upper, right, line.starts)
     return Step(
         Polyline(line.nodes_mm + offset[:, None] * normals, line.starts),
         diagonal,
@@ -104,7 +104,7 @@ def _steps(nodes: Floats, starts: Ints) -> tuple[Floats, Floats]:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _smooth_tangents(nodes: Floats, starts: Ints) -> Floats:
     steps, lengths = _steps(nodes, starts)
-    smooth = np.empty_like(steps)
+    smooth: Floats = np.empty_like(steps)
     for k in range(len(starts)):
         z, r = steps[k, 0], steps[k, 1]
         for j in range(max(k - 2, 0), min(k + 3, len(starts))):

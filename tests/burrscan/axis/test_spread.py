@@ -1,11 +1,12 @@
 """The stated uncertainty of an axis against statistics that are known."""
 
 import numpy as np
+from scipy.stats import t as student
 
 from bench.axis.bound import cramer_rao_deg
 from bench.axis.revolution import revolution_scan
 from burrscan.axis import find_axis
-from burrscan.axis.spread import _widening
+from burrscan.axis.spread import _freedom, _quantile_ratio, _widening
 
 
 def test_short_arcs_do_not_feign_information() -> None:
@@ -38,3 +39,24 @@ def test_noise_that_is_alike_within_sectors_widens() -> None:
     shares = np.einsum("sp,sq->spq", basis, basis)
     assert _widening(np.zeros((12, 4)), shares, 1.0) == 1.0
     assert _widening(10.0 * basis, shares, 1.0) > 30.0
+
+
+def test_freedom_is_that_of_the_widening_over_many_draws() -> None:
+    """Monte Carlo: a variance with n degrees of freedom has a squared relative spread of 2 / n."""
+    rng = np.random.default_rng(2)
+    design = rng.normal(size=(20, 4)) * np.linspace(0.5, 1.5, 20)[:, None]  # one row stands for a sector
+    basis = np.linalg.qr(design)[0]
+    shares = np.einsum("sp,sq->spq", basis, basis)
+    ratios = []
+    for _ in range(4000):
+        noise = 10.0 * rng.normal(size=20)
+        ratios.append(_widening(basis * (noise - basis @ (basis.T @ noise))[:, None], shares, 1.0))
+    spread = 2.0 * np.mean(ratios) ** 2 / np.var(ratios)
+    assert abs(_freedom(shares) / spread - 1.0) < 0.15
+
+
+def test_intervals_are_students_where_sectors_alone_tell() -> None:
+    for freedom in (5.0, 8.0, 30.0):
+        exact = student.ppf(0.975, freedom) / student.ppf(0.975, np.inf)
+        assert abs(_quantile_ratio(1e9, freedom) / exact - 1.0) < 0.02
+    assert _quantile_ratio(1.0, 3.0) == 1.0
