@@ -77,12 +77,17 @@ class Estimate:
     workers: int
     basis: str
 
+    @property
+    def takes(self) -> str:
+        """The time in words."""
+        return _duration(self.seconds)
+
     def __str__(self) -> str:
         """One line for people."""
         disk = f"{_size(self.run_bytes)} on disk"
         light = f", up to {_size(self.light_bytes)} of traced light in the cache" if self.light_bytes else ""
         cores = f"{self.workers} core{'s' if self.workers > 1 else ''}"
-        return f"an estimate: {_duration(self.seconds)} on {cores}, {disk}{light} ({self.basis})"
+        return f"an estimate: {self.takes} on {cores}, {disk}{light} ({self.basis})"
 
 
 def estimate(suite: Suite, cases: Sequence[Case], costs: Costs, *, workers: int) -> Estimate:
