@@ -40,8 +40,6 @@ def main(_given: argparse.Namespace) -> int:
 
 
 def _variants(names: list[str]) -> str:
-    """Their names, or how many there are."""
-    names = [variant.name for variant in suite.variant]
-    return (
-        ", ".join(names) if len(names) <= _FEW else f"{', '.join(names[:_FEW])} and {len(names) - _FEW} more"
-    )
+    """Their names, or the first of them and how many more."""
+    more = len(names) - _FEW
+    return ", ".join(names) if more <= 0 else f"{', '.join(names[:_FEW])} and {more} more"
