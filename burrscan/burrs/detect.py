@@ -210,19 +210,22 @@ def _row_cores(statistic: Floats) -> tuple[Floats, Floats]:
     """Centre and spread (at least 1) of each row's core, the spread drawn to that of all rows."""
     height, width = statistic.shape
     centre, variance, number = np.zeros(height), np.ones(height), np.zeros(height)
-    for step in range(4):
-        for i in range(height):
-            n, total, square = 0.0, 0.0, 0.0
+    for i in range(height):
+        for step in range(4):
+            n, total, square, middle = 0.0, 0.0, 0.0, centre[i]
             reach = 2.5 * max(np.sqrt(variance[i]), 1.0) if step else 4.0
             for j in range(width):
-                x = statistic[i, j] - centre[i]
+                x = statistic[i, j] - middle
                 if statistic[i, j] != 0.0 and abs(x) <= reach:
                     n, total, square = n + 1.0, total + x, square + x * x
             if n > 4.0:
                 shift = total / n
                 centre[i] += shift
                 variance[i] = max(square / n - shift * shift, 0.0) / 0.83
+            settled = step > 0 and n == number[i]
             number[i] = n
+            if settled:
+                break
     overall = (variance * number).sum() / max(number.sum(), 1.0)
     spread = np.sqrt((variance * number + overall * _PRIOR_POSITIONS) / (number + _PRIOR_POSITIONS))
     return centre, np.maximum(spread, 1.0)

@@ -88,10 +88,10 @@ class Field:
         """Distance between neighbouring vertices."""
         return self.step_mm / _VERTICES_ACROSS
 
-    @property
-    def arc_mm(self) -> Floats:
-        """(N,) length around the axis from the start of the arc."""
-        return np.asarray(((self.angle - self.arc[0]) % (2.0 * np.pi)) * self.foot[:, 1])
+    def arc_mm(self, chosen: Ints) -> Floats:
+        """(M,) length around the axis, from the start of the arc, of some vertices."""
+        turn = (self.angle[chosen] - self.arc[0]) % (2.0 * np.pi)
+        return np.asarray(turn * self.foot[chosen, 1])
 
     @property
     def closed(self) -> bool:

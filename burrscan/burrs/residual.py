@@ -120,7 +120,7 @@ def _looks(field: Field, crest: Ints, burr: Burr, axis: Axis) -> float:
     is one, for light bounces between surfaces that run along parallels.
     """
     width: float = max(burr.width_mm.value, 2.0 * field.spacing_mm)
-    stretches = [np.floor(place[crest] / width) for place in (field.along_mm, field.arc_mm)]
+    stretches = [np.floor(place / width) for place in (field.along_mm[crest], field.arc_mm(crest))]
     seen = max(len(set(each.tolist())) for each in stretches)
     return max(min(burr.length_mm.value / width, seen) * _share_along(burr, axis), 1.0)
 

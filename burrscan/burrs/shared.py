@@ -22,6 +22,8 @@ _SHARE, _GAUSSIAN = 0.8, 1.2816
 _FEWEST = 300
 _OCTAVES = 0.5
 """Vertices are alike whose noise differs by no more than so many factors of two."""
+_BIN, _BINS = 0.01, 4000
+"""Quantiles are read off histograms, in units of the noise."""
 
 
 @dataclass(frozen=True)
@@ -91,21 +93,39 @@ def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints, *, ragged:
 
 def _by_their_like(doubt: Doubt, like: Floats, apart: Bools) -> tuple[float, float]:
     """Own and shared standard deviation, mm, of vertices of such grades."""
-    middle = float(np.median(like))
-    off = np.abs(doubt.grade - middle)
-    off[~apart] = np.inf
-    reach = _OCTAVES
-    while np.count_nonzero(off <= reach) < min(_FEWEST, len(off) // 2) and reach < 64.0:
+    middle, reach, count = float(np.median(like)), _OCTAVES / 2.0, 0
+    total, own = 1.0, 1.0
+    while count < min(_FEWEST, len(apart) // 2) and reach < 32.0:
         reach *= 2.0
-    alike = off <= reach
-    rough = doubt.rough[alike]
-    total = max(_spread(doubt.size[alike]), 1.0)
-    own = min(_spread(rough[np.isfinite(rough)]), total)
+        count, total, own = _spreads(doubt.grade, doubt.size, doubt.rough, apart, middle, reach)
+    total = max(total, 1.0)
+    own = min(own, total)
     return own * 2.0**middle, float(np.sqrt(total**2 - own**2)) * 2.0**middle
 
 
-def _spread(size: Floats) -> float:
-    return float(np.quantile(size, _SHARE)) / _GAUSSIAN if len(size) else 1.0
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spreads(
+    grade: Floats, size: Floats, rough: Floats, apart: Bools, middle: float, reach: float
+) -> tuple[int, float, float]:
+    """How many vertices are alike, and the robust spread of their sizes and of their roughness."""
+    sizes, roughs = np.zeros(_BINS, np.int64), np.zeros(_BINS, np.int64)
+    for i in range(len(grade)):
+        if apart[i] and abs(grade[i] - middle) <= reach:
+            sizes[min(int(size[i] / _BIN), _BINS - 1)] += 1
+            if rough[i] >= 0.0:
+                roughs[min(int(rough[i] / _BIN), _BINS - 1)] += 1
+    return sizes.sum(), _quantile(sizes), _quantile(roughs)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _quantile(histogram: Ints) -> float:
+    """The spread of which a histogram's 80 % point tells; 1 for an empty one."""
+    most, passed = _SHARE * histogram.sum(), 0
+    for k in range(len(histogram)):
+        if passed + histogram[k] >= most > 0.0:
+            return float((k + (most - passed) / histogram[k]) * _BIN / _GAUSSIAN)
+        passed += histogram[k]
+    return 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
