@@ -24,6 +24,8 @@ EXACT = 5e-5
 """Deviations below this share of the rms radius are not the shape's: voxel means bend by as much."""
 NEAR = 0.02
 """A plane or sphere within this share of the rms radius is looked at more closely."""
+FEW, CLEARLY = 1000, 3.0
+"""A thousand points suffice to tell that a shape is this many times too far off."""
 MOST_LOOKED_AT = 200_000
 SURE = 5.0
 """Standard deviations by which a generatrix must beat a plane or sphere beyond its number of unknowns."""
@@ -55,12 +57,15 @@ def undetermined(
     if too_short(points, fit.frame, fit.place, max(spread.noise, fit.sigma)):
         return ("direction", "position")
     open_ = []
+    few, few_weights = (data[:: len(points) // FEW + 1] for data in (points, weights))
     limit = AS_GOOD * max(rough.sigma, EXACT)
     for flag, model, part, largest in (
         ("direction", sphere_residuals, slice(0, 2), LARGEST_TILT),
         ("position", plane_residuals, slice(2, 4), LARGEST_OFFSET),
     ):
-        sigma = robust_sigma(model(points, weights) * np.sqrt(weights))
+        sigma = robust_sigma(model(few, few_weights) * np.sqrt(few_weights))
+        if sigma <= CLEARLY * max(NEAR, limit):
+            sigma = robust_sigma(model(points, weights) * np.sqrt(weights))
         if (
             _spread(spread.covariance[part, part]) > largest
             or sigma <= limit

@@ -24,6 +24,9 @@ COARSE_BLUR = 0.05
 BLUR_PER_SIGMA = 1.5
 RIVAL, RIVAL_COST = 3.0, 0.02
 """A candidate is tried while its cost is below this many times the least, and some."""
+ALIKE = np.cos(np.radians(3.0))
+"""Axes nearer than this are one."""
+CONTEST_STEPS = 6
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -89,7 +92,19 @@ def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Fl
         for direction, place, _ in rivals
         for blur in (COARSE_BLUR, BLUR)
     ]
-    return min(fits, key=lambda fit: thickness(fit, float(counts.sum())))
+    total = float(counts.sum())
+    limit = RIVAL * min(thickness(fit, total) for fit in fits)
+    contest = [fit for fit in fits if thickness(fit, total) <= limit]
+    if not contest:
+        return fits[0]
+    best = min(contest, key=lambda fit: thickness(fit, total))
+    if all(abs(fit.frame[:, 2] @ best.frame[:, 2]) > ALIKE for fit in contest):
+        return best
+    # Seen from the side a gear is nearly a prism: a few steps more tell which start leads to the thinner one.
+    longer = [
+        refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=CONTEST_STEPS) for fit in contest
+    ]
+    return min([best, *longer], key=lambda fit: thickness(fit, total))
 
 
 def resolution(fit: Fit, raw_sigma: float, count: int, pitch: float) -> float:
