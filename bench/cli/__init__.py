@@ -12,7 +12,7 @@ from pathlib import Path
 
 COMMANDS = (
     "doctor", "run", "compare", "accept", "history", "report", "leaderboard", "suites", "show", "render",
-    "scan", "calibrate", "merge", "detect",
+    "scan", "calibrate", "merge", "detect", "paper",
 )  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 

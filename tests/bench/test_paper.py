@@ -1,0 +1,125 @@
+"""The page about the paper: its measurements against independent truth, and the page itself."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from bench.axis.revolution import revolution_scan
+from bench.cli import main
+from bench.paper import NAMES, build_paper
+from bench.paper.lab import Lab
+from bench.paper.landscape import bottoms, grid_of, minima_of
+from bench.paper.noise import along_rays
+from bench.paper.orientation import angles_of, direction_of, sectioned
+from bench.paper.ransac_table import REJECTED, ROUNDS, TOLERANCES_MM, implied_sigma_mm, rounds_within
+from bench.paper.sampling import directions_of, distinct, farthest_deg, unevenness
+from burrscan.axis.seed import orientation_grid
+from burrscan.errors import InputError
+
+
+def test_the_printed_rounds_fit_the_printed_shares() -> None:
+    for share, rounds in zip(REJECTED, ROUNDS, strict=True):
+        low, high = rounds_within(share)
+        assert low <= rounds <= high
+
+
+def test_the_implied_noise_rejects_what_the_paper_rejects() -> None:
+    for tolerance, share, sigma in zip(TOLERANCES_MM, REJECTED, implied_sigma_mm(), strict=True):
+        assert 2.0 * norm.sf(tolerance, scale=sigma) == pytest.approx(share)
+
+
+def test_angles_name_the_same_line() -> None:
+    for direction in np.random.default_rng(1).normal(size=(50, 3)):
+        unit = direction / np.linalg.norm(direction)
+        angles = angles_of(unit)
+        assert abs(direction_of(angles) @ unit) == pytest.approx(1.0)
+        assert 0.0 <= angles[0] < np.pi
+        assert 0.0 <= angles[1] <= np.pi
+
+
+def test_the_papers_grid_is_even_and_visits_seven_axes() -> None:
+    naive, even = (directions_of(orientation_grid(48, kind)) for kind in ("naive", "uniform"))
+    assert unevenness(naive) > 3.0
+    assert unevenness(even) < 1.5
+    few = directions_of(orientation_grid(3, "uniform"))
+    assert distinct(few) == 7
+    assert 30.0 < farthest_deg(few) < 60.0
+
+
+def test_sections_of_a_clean_cylinder_are_its_circles() -> None:
+    scan = revolution_scan("cylinder", shape=(200, 60), seed=3)
+    test = sectioned(scan.vertices_mm, scan.faces, angles_of(scan.direction))
+    np.testing.assert_allclose(test.good[:, 3], 90.0, atol=0.05)
+    assert test.quality() < 0.01
+    assert (
+        sectioned(scan.vertices_mm, scan.faces, angles_of(scan.direction) + np.array([0.0, 0.1])).quality()
+        > 0.02
+    )
+
+
+def test_minima_of_a_known_landscape() -> None:
+    """Two valleys of known places and depths, one of them at a pole, which the grid visits many times."""
+    places = np.array([[0.0, 0.0, 1.0], [0.6, 0.8, 0.0]])
+
+    def height(angles: np.ndarray) -> float:
+        sines = np.linalg.norm(np.cross(places, direction_of(angles)), axis=1)
+        return float(np.min(sines + np.array([0.1, 0.2])))
+
+    grid = grid_of(31)
+    found = minima_of(np.array([height(angles) for angles in grid]), grid)
+    assert len(found.index) == 2
+    deep = bottoms(height, found, grid, step_deg=3.0)
+    np.testing.assert_allclose(deep[:, 2], [0.1, 0.2], atol=2e-3)
+    assert abs(direction_of(deep[1, :2]) @ places[1]) > np.cos(np.radians(0.3))
+
+
+def test_noise_moves_along_the_ray_by_its_sigma() -> None:
+    vertices = np.random.default_rng(2).normal(size=(20_000, 3)) + np.array([0.0, 0.0, 600.0])
+    moved = along_rays(vertices, 0.5) - vertices
+    across = np.cross(moved, vertices / np.linalg.norm(vertices, axis=1)[:, None])
+    assert np.abs(across).max() < 1e-9
+    z = (np.linalg.norm(moved, axis=1) ** 2).mean() / 0.25 - 1.0
+    assert abs(z) < 4.0 * np.sqrt(2.0 / len(vertices))
+
+
+def test_what_was_measured_is_kept_for_the_next_run(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, quick=True, code="test")
+    made = []
+
+    def make() -> dict[str, np.ndarray]:
+        made.append(1)
+        return {"x": np.array(3.0)}
+
+    assert float(lab.kept("a", make)["x"]) == float(lab.kept("a", make)["x"]) == 3.0
+    assert len(made) == 1
+    lab.kept("a", make, also="another source")
+    assert len(made) == 2
+
+
+def test_an_unknown_section_is_refused_with_the_nearest_name(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean 'figure-10'"):
+        build_paper(Lab(tmp_path, quick=True, code="test"), tmp_path / "page.html", only=["figure-1o"])
+
+
+def test_the_page_is_one_file_with_its_claims(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = tmp_path / "paper.html"
+    shown = ("figure-4", "figure-5", "ransac-table")
+    assert main(["paper", "--quick", "--out", str(page), *(f"--only={name}" for name in shown)]) == 0
+    assert str(page) in capsys.readouterr().out
+    text = page.read_text("utf-8")
+    assert not re.search(r'(?:src|href)="(?!data:|#)', text)
+    assert not re.search(r"https?://", text.replace("http://www.w3.org", ""))
+    for name in shown:
+        assert f'<section id="{name}"' in text
+        assert f"burrscan paper --only {name}" in text
+    assert text.count('class="agrees') >= 4
+    assert "nan" not in re.sub(r"data:[^\"']+", "", text).lower().replace("finance", "")
+
+
+def test_every_section_has_a_module() -> None:
+    assert len(set(NAMES)) == len(NAMES) >= 5
