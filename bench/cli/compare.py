@@ -24,7 +24,7 @@ exit codes: 0 nothing is worse, 1 a gated metric is worse, 2 not comparable or b
 _EXAMPLES = """\
   burrscan compare reports/runs/before reports/runs/after
   burrscan compare reports/runs/quick-20260801T120000 --variants fixed adaptive
-  burrscan compare reports/baselines/quick reports/runs/after --markdown pr.md --junit gate.xml
+  burrscan compare reports/baselines/quick reports/runs/after --html ab.html --markdown pr.md
   burrscan compare before after --margin axis_deg=0.02 --margin coverage=0.005"""
 
 
@@ -51,11 +51,16 @@ def add(commands: Commands) -> None:
         default=[],
         help="equivalence margin in the metric's unit, shares as fractions; may be repeated",
     )
-    for name in ("markdown", "junit", "json"):
-        parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {_WRITES[name]}")
+    for name, what in _WRITES.items():
+        parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {what}")
 
 
-_WRITES = {"markdown": "it as Markdown", "junit": "the gates as JUnit XML", "json": "everything as JSON"}
+_WRITES = {
+    "html": "it as a report with curves, heat maps and the cases that changed",
+    "markdown": "it as Markdown",
+    "junit": "the gates as JUnit XML",
+    "json": "everything as JSON",
+}
 
 
 def main(given: argparse.Namespace) -> int:
@@ -73,6 +78,10 @@ def main(given: argparse.Namespace) -> int:
     comparison = compare_runs(base, new, variants=variants, margins=dict(given.margin))
     _print(comparison)
     _write(given, comparison)
+    if given.html:
+        from bench.report import build_comparison
+
+        print(f"report: {build_comparison(base, new, comparison, given.html)}")
     return comparison.exit_code
 
 

@@ -137,7 +137,7 @@ def _burrs(
     records: Sequence[Record], known: Mapping[str, tuple[Mapping[str, Any], ...]], size: str
 ) -> tuple[Floats, Bools, Floats]:
     """True sizes (N,), found or not, heights measured (NaN: none)."""
-    rows = [row for record in records for row in _rows(record, known[record.case], size)]
+    rows = [row for record in records for row in _rows(record, record.burrs or known[record.case], size)]
     table = np.array(rows, dtype=float).reshape(-1, 3)
     return table[:, 0], table[:, 1] > 0.0, table[:, 2]
 

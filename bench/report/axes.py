@@ -15,6 +15,9 @@ from burrscan.arrays import Floats
 
 Number = TypeVar("Number", float, Floats)
 
+Marks = tuple[tuple[float, str], ...]
+"""Places on an axis and what is written there."""
+
 WIDTH = 380.0
 _FINEST = 0.15  # of a picture unit: a straight line this near to a curve cannot be told from it
 _LEFT, _RIGHT, _TOP, _BOTTOM = 44.0, 14.0, 8.0, 36.0
@@ -32,6 +35,8 @@ class Axes:
         Quantity and unit.
     height
         Of the whole picture; its width is :data:`WIDTH` units, which the page scales to the column.
+    x_marks, y_marks
+        Places of ticks and their texts; round numbers where none are given.
 
     """
 
@@ -40,6 +45,8 @@ class Axes:
     x_title: str
     y_title: str
     height: float = 250.0
+    x_marks: Marks = ()
+    y_marks: Marks = ()
 
     def px(self, x: Number) -> Number:
         """Horizontal place of a value."""
@@ -82,6 +89,11 @@ class Axes:
         pieces = (_stroke(places[start:end]) for start, end in zip(starts, ends, strict=True))
         return Markup('<path class="{}" d="{}"/>').format(css, "".join(pieces))
 
+    def area(self, points: Floats, css: str) -> Markup:
+        """A closed shape through points (N, 2)."""
+        places = np.column_stack([self.px(points[:, 0]), self.py(points[:, 1])])
+        return Markup('<path class="{}" d="{}Z"/>').format(css, _stroke(places))
+
     def box(self, x: tuple[float, float], y: tuple[float, float], css: str, *, pad: float = 0.0) -> Markup:
         """A rectangle between values, widened by ``pad`` units on every side."""
         left, right = sorted(map(self.px, x))
@@ -115,12 +127,12 @@ class Axes:
     def _grid(self, css: str) -> Markup:
         bottom, right = self.height - _BOTTOM, WIDTH - _RIGHT
         lines = [Markup('<g class="grid">'), self.box(self.x, self.y, css)]
-        for tick in ticks(*self.x):
+        for tick, words in self.x_marks or _round_marks(self.x):
             lines.append(_segment(self.px(tick), _TOP, self.px(tick), bottom))
-            lines.append(self.text(self.px(tick), bottom + 13, _number(tick), "tick x"))
-        for tick in ticks(*self.y):
+            lines.append(self.text(self.px(tick), bottom + 13, words, "tick x"))
+        for tick, words in self.y_marks or _round_marks(self.y):
             lines.append(_segment(_LEFT, self.py(tick), right, self.py(tick)))
-            lines.append(self.text(_LEFT - 5, self.py(tick) + 3.5, _number(tick), "tick y"))
+            lines.append(self.text(_LEFT - 5, self.py(tick) + 3.5, words, "tick y"))
         return Markup("").join([*lines, Markup("</g>")])
 
     def _titles(self) -> Markup:
@@ -134,6 +146,17 @@ def _stroke(places: Floats) -> str:
     """One unbroken piece of a curve as an SVG path, without the points that nobody can see."""
     kept = cv2.approxPolyDP(places.astype(np.float32)[:, None], _FINEST, closed=False)[:, 0]
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in kept)
+
+
+def _round_marks(ends: tuple[float, float]) -> Marks:
+    return tuple((tick, _number(tick)) for tick in ticks(*ends))
+
+
+def log_marks(low: float, high: float) -> Marks:
+    """Ticks at 1, 2, 5 times powers of ten, on an axis of common logarithms from ``low`` to ``high``."""
+    powers = range(math.floor(low), math.ceil(high) + 1)
+    sizes = [digit * 10.0**power for power in powers for digit in (1.0, 2.0, 5.0)]
+    return tuple((math.log10(size), f"{size:g}") for size in sizes if low <= math.log10(size) <= high)
 
 
 def ticks(low: float, high: float, about: int = 5) -> list[float]:

@@ -1,21 +1,30 @@
-"""One case of a run, laid out for the page: its figures and its numbers."""
+"""One case, laid out for the page: its figures, its numbers, and how to run it alone."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bench.report.figures import Figure, Scales, load, scene_figures, variant_figures
-from bench.report.summary import Cell, Row, score_rows
-from bench.run import Record, RunDirectory
+from markupsafe import Markup
+
+from bench.report import figures
+from bench.report.figures import Figure, Scales
+from bench.report.forest import shown
+from bench.report.kept import Arrays
+from bench.report.sides import Side
+from bench.report.summary import Cell, Row, score_row
+from bench.run import Record, Run
+from bench.score.metrics import metric_named
+from bench.score.summary import summarise
 
 
 @dataclass(frozen=True)
-class VariantFigures:
-    """What one variant saw and measured."""
+class SideFigures:
+    """What one side's scanner saw, and why it has no result."""
 
-    name: str
+    label: str
     css: str
     failure: str
     figures: tuple[Figure, ...]
@@ -23,7 +32,7 @@ class VariantFigures:
 
 @dataclass(frozen=True)
 class BurrTable:
-    """A true burr, and what each variant made of it."""
+    """A true burr, and what each side made of it."""
 
     title: str
     rows: tuple[Row, ...]
@@ -34,78 +43,124 @@ class CaseView:
     """Everything that the page shows of one case."""
 
     anchor: str
+    title: str
+    reason: str
     parameters: tuple[tuple[str, str], ...]
+    sides: tuple[SideFigures, ...]
+    paired: bool
     rows: tuple[Row, ...]
     burrs: tuple[BurrTable, ...]
-    shared: tuple[Figure, ...]
-    variants: tuple[VariantFigures, ...]
+    photos: tuple[Figure, ...]
+    maps: tuple[Figure, ...]
+    solid: Markup
+    profiles: tuple[Figure, ...]
+    command: str
 
 
 def view(
-    directory: RunDirectory,
-    records: Sequence[Record],
+    case: str,
+    sides: Sequence[Side],
     *,
     anchor: str,
-    styles: Mapping[str, str],
+    title: str,
+    reason: str,
     metrics: Sequence[str],
-    scales: Scales,
+    limits: Scales,
+    paired: bool,
 ) -> CaseView:
     """Lay out one case.
 
     Parameters
     ----------
-    directory
-        The run.
-    records
-        The case's records, one per variant.
-    anchor
-        The case's name inside the page.
-    styles
-        Variant to style class, for colours.
+    case
+        Its name in the run.
+    sides
+        Those that have it are shown.
+    anchor, title, reason
+        Its name inside the page, its heading, and why it is shown.
     metrics
         Names for its table.
-    scales
+    limits
         Colour limits.
+    paired
+        Whether the table shows the difference of the two sides.
 
     """
-    folder = directory.case(records[0].case)
-    truth = load(folder / "truth.npz")
-    found = {record.variant: load(folder / f"{record.variant}.npz") for record in records}
+    there = [side for side in sides if case in side.records]
+    records = [side.records[case] for side in there]
+    truth = next((arrays for side in there if (arrays := side.truth(case))), {})
+    found = {side: side.found(case) for side in there}
+    whites = [figures.photo_figures(truth, arrays, "") for arrays in found.values()]
     return CaseView(
         anchor,
+        title,
+        reason,
         tuple((name, str(value)) for name, value in records[0].parameters.items()),
-        case_rows(records, metrics),
+        tuple(_side(side, case, truth, arrays, limits) for side, arrays in found.items()),
+        paired and len(there) == 2,
+        case_rows(records, metrics, paired=paired),
         burr_tables(records),
-        scene_figures(truth, {styles[name]: arrays for name, arrays in found.items() if arrays}, scales),
-        tuple(
-            VariantFigures(
-                record.variant,
-                styles[record.variant],
-                record.failure.error if record.failure else "",
-                variant_figures(truth, found[record.variant], scales),
-            )
-            for record in records
-        ),
-    )
-
-
-def case_rows(records: Sequence[Record], metrics: Sequence[str]) -> tuple[Row, ...]:
-    """The score of one case; a failed variant has none."""
-    rows = score_rows(records, [record.variant for record in records], metrics)
-    failed = [record.failure is not None for record in records]
-    return tuple(
-        replace(
-            row,
-            cells=tuple(
-                Cell("failed") if lost else cell for cell, lost in zip(row.cells, failed, strict=True)
+        next((white for white in whites if white), ()),
+        (
+            *figures.true_map_figures(truth, limits),
+            *(
+                figure
+                for side, arrays in found.items()
+                for figure in figures.found_map_figures(truth, arrays, limits, side.label, side.css)
             ),
-        )
-        for row in rows
+        ),
+        figures.solid_figure(
+            [(side.label, side.css, arrays) for side, arrays in found.items()], limits, first=int(paired)
+        ),
+        figures.profile_figures(truth, {side.css: arrays for side, arrays in found.items()}, limits),
+        command(there[-1].run, case),
     )
+
+
+def _side(side: Side, case: str, truth: Arrays, found: Arrays, limits: Scales) -> SideFigures:
+    failure = side.records[case].failure
+    return SideFigures(
+        side.label, side.css, failure.error if failure else "", figures.scan_figures(truth, found, limits)
+    )
+
+
+def command(run: Run, case: str) -> str:
+    """What to type to run one case again."""
+    seed = f" --seed {run.seed}" if run.seed else ""
+    return f"burrscan run {shlex.quote(_suite_argument(run))} --case {shlex.quote(case)}{seed}"
+
+
+def _suite_argument(run: Run) -> str:
+    """The suite as it was named when the run was begun: a name, or a path."""
+    for session in run.manifest["sessions"]:
+        words = session["command"]
+        if words[1:2] == ["run"] and len(words) > 2 and not words[2].startswith("-"):
+            return str(words[2])
+    return run.suite.name
+
+
+def case_rows(records: Sequence[Record], metrics: Sequence[str], *, paired: bool = False) -> tuple[Row, ...]:
+    """The score of one case, per side; a failed one has none. Metrics that no side has are left out."""
+    rows = [_case_row(records, name, paired=paired) for name in metrics]
+    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
+
+
+def _case_row(records: Sequence[Record], name: str, *, paired: bool) -> Row:
+    row = score_row([[record] for record in records], name)
+    cells = tuple(
+        Cell("failed") if record.failure else cell for record, cell in zip(records, row.cells, strict=True)
+    )
+    if not paired or len(records) != 2:
+        return replace(row, cells=cells)
+    base, new = (summarise(name, [record]) for record in records)
+    lost = any(record.failure for record in records)
+    metric = metric_named(name)
+    change = "–" if lost else shown(new - base, metric.unit, sign=True)
+    return replace(row, cells=(*cells, Cell(change)))
 
 
 def burr_tables(records: Sequence[Record]) -> tuple[BurrTable, ...]:
-    """A table per true burr: what it was, and what each variant made of it."""
+    """A table per true burr: what it was, and what each side made of it."""
     most = max((len(record.burrs) for record in records), default=0)
     return tuple(_burr_table(records, index) for index in range(most))
 
@@ -113,10 +168,8 @@ def burr_tables(records: Sequence[Record]) -> tuple[BurrTable, ...]:
 def _burr_table(records: Sequence[Record], index: int) -> BurrTable:
     given = [record.burrs[index] if len(record.burrs) > index else {} for record in records]
     true = next(burr for burr in given if burr)
-    kind = f"{str(true['kind']).replace('_', ' ')} ({true['side']})"
-    size = f"{true['height_mm']:.3g} mm high, {true['width_mm']:.3g} mm wide"
     return BurrTable(
-        f"{kind}, {size}, {true['visible_mm']:.0f} mm in sight",
+        _burr_title(true),
         (
             Row("Found", "", tuple(_verdict(burr) for burr in given)),
             _burr_row("Angle error", "deg", given, "angle_error_deg", "+.3f"),
@@ -124,6 +177,19 @@ def _burr_table(records: Sequence[Record], index: int) -> BurrTable:
             _burr_row("Measured length", "mm", given, "covered_mm", ".0f"),
         ),
     )
+
+
+def _burr_title(true: Mapping[str, Any]) -> str:
+    """What is known of it in words; records of a user's own may know less."""
+    words = [str(true.get("kind", "burr")).replace("_", " ")]
+    words += [f"({true['side']})"] if "side" in true else []
+    sizes = (
+        ("height_mm", "mm high", ".3g"),
+        ("width_mm", "mm wide", ".3g"),
+        ("visible_mm", "mm in sight", ".0f"),
+    )
+    told = [f"{true[key]:{form}} {what}" for key, what, form in sizes if true.get(key) is not None]
+    return ", ".join([" ".join(words), *told])
 
 
 def _burr_row(title: str, unit: str, burrs: Sequence[Mapping[str, Any]], key: str, form: str) -> Row:

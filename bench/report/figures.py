@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +14,13 @@ from numpy.typing import NDArray
 from bench.report import charts, pictures
 from bench.report.axes import round_up
 from bench.report.charts import Mark, Unrolled
-from bench.run import Record, RunDirectory
+from bench.report.kept import Arrays
+from bench.report.sides import Side
+from bench.report.solid import Solid, viewer
 from burrscan.arrays import Ints, Levels
 
-Arrays = Mapping[str, NDArray[Any]]
-
 _FAIR_SHARE = 0.15
+_OUTSIDE = np.array([1000.0, 0.0, 500.0])  # where to look from at what no camera saw
 
 PIXEL_COLOURS = {1: "#e0a030", 2: "#3f8f5f", 3: "#c0392b", 4: "#7a5cc0"}
 """Missed, right, wrong, saturated: the codes of ``pixels`` in :mod:`bench.run.artefacts`."""
@@ -38,32 +37,23 @@ class Scales:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture with its heading; ``kind`` picks the legend."""
+    """A picture with its heading; ``kind`` picks the legend, ``css`` the colour of the heading's mark."""
 
     title: str
     body: Markup
     kind: str = ""
+    css: str = ""
 
 
-def load(path: Path) -> Arrays:
-    """The arrays of a file; none when the file is missing or damaged, for a report shows what there is."""
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            return dict(arrays)
-    except (OSError, ValueError, zipfile.BadZipFile, zlib.error):
-        return {}
-
-
-def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
+def scales(sides: Sequence[Side], cases: Sequence[str]) -> Scales:
     """Limits that suit all the cases shown.
 
     Depth: nine errors of ten are inside in the median case. Deviation: half the lowest burr, so that every
     burr stands out. Generatrix: nearly everything is inside in the median case.
     """
     depths, profiles, heights = [], [], []
-    for record in records:
-        truth = load(directory.case(record.case) / "truth.npz")
-        found = load(directory.case(record.case) / f"{record.variant}.npz")
+    for side, case in itertools.product(sides, cases):
+        truth, found = side.truth(case), side.found(case)
         if not (truth and found):
             continue
         errors = np.abs(found.get("depth_error_mm", np.zeros(0)).astype(float))
@@ -73,34 +63,63 @@ def scales(directory: RunDirectory, records: Sequence[Record]) -> Scales:
         heights += list(truth["burr_height_mm"])
     return Scales(
         round_up(float(np.median(depths))) if depths else 0.1,
-        float(min(heights)) / 2 if heights else 0.1,
+        float(f"{min(heights) / 2:.2g}") if heights else 0.1,
         round_up(float(np.median(profiles))) if profiles else 100.0,
     )
 
 
-def scene_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple[Figure, ...]:
-    """The scene and the truth: one white picture, the true map, the profile of every variant."""
-    if not truth:
+def photo_figures(truth: Arrays, found: Arrays, label: str) -> tuple[Figure, ...]:
+    """The part as the camera sees it under white light; nothing for a mesh that nobody scanned."""
+    if "white" not in found or "measurable" not in truth:
         return ()
-    curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items()}
+    return (Figure(f"As the camera sees it{label}", _camera(found["white"], truth, "camera, white light")),)
+
+
+def true_map_figures(truth: Arrays, limits: Scales) -> tuple[Figure, ...]:
+    """The true deviations, unrolled."""
+    return (Figure("Truth", _true_map(truth, limits)),) if truth else ()
+
+
+def found_map_figures(
+    truth: Arrays, found: Arrays, limits: Scales, label: str, css: str
+) -> tuple[Figure, ...]:
+    """What one side measured and reported, unrolled."""
+    return (Figure(label, _found_map(truth, found, limits), css=css),) if truth and found else ()
+
+
+def profile_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple[Figure, ...]:
+    """The generatrix of every side (style class to arrays) with the truth, and its error."""
+    curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items() if arrays}
+    if not (truth and curves):
+        return ()
     profile = truth["generatrix"].astype(float)
-    whites = [_camera(a["white"], truth, "white light") for a in found.values() if "white" in a][:1]
+    error = charts.generatrix_error(profile, curves, limits.generatrix_um)
     return (
-        *(Figure("Camera image under white light", white) for white in whites),
-        Figure("True deviation from the generatrix", _true_map(truth, limits), "deviation"),
-        Figure("Generatrix, mm", charts.generatrix(profile, curves), "profile"),
-        Figure(
-            "Generatrix error, µm", charts.generatrix_error(profile, curves, limits.generatrix_um), "profile"
-        ),
+        Figure("Generatrix", charts.generatrix(profile, curves), "profile"),
+        Figure("Error of the generatrix", error, "profile"),
     )
 
 
-def variant_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """What one variant saw, decoded and measured; nothing where nothing was kept."""
-    if not (truth and found):
-        return ()
-    deviation = Figure("Deviation and burrs", _found_map(truth, found, limits), "deviation")
-    return (*_scan_figures(truth, found, limits), deviation)
+def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, first: int = 0) -> Markup:
+    """The measured surfaces (label, style class, arrays), to turn by hand; nothing where none was kept."""
+    solids = [
+        Solid(
+            label,
+            css,
+            arrays["mesh_mm"].astype(float),
+            arrays["mesh_faces"],
+            arrays["mesh_values_mm"].astype(float),
+            arrays["camera_mm"].astype(float) if "camera_mm" in arrays else _OUTSIDE,
+        )
+        for label, css, arrays in found
+        if "mesh_mm" in arrays
+    ]
+    return viewer(solids, limits.deviation_mm, "measured surface, coloured by its deviation", first=first)
+
+
+def scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
+    """What the scanner showed, saw and decoded."""
+    return _scan_figures(truth, found, limits) if truth and found else ()
 
 
 def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
@@ -110,10 +129,7 @@ def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure,
     part = window(truth)
     depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)
     fates = pictures.classes(found["pixels"][part], PIXEL_COLOURS)
-    figures = [
-        Figure("A pattern as the camera saw it", _camera(found["image"], truth, "camera image")),
-        Figure("The pattern as projected", picture(pictures.photo(found["pattern"]), "pattern")),
-    ]
+    figures = [Figure("A pattern as the camera saw it", _camera(found["image"], truth, "camera image"))]
     if "intensity" in found:
         mask = picture(pictures.photo(found["intensity"]), "intensity mask")
         figures.append(Figure("Adapted intensity of the projector", mask, "intensity"))

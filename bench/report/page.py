@@ -1,32 +1,42 @@
-"""Building the page: one self-contained HTML file beside the records."""
+"""Building the page: one self-contained HTML file, of one run or of a comparison."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import jinja2
-import numpy as np
 from markupsafe import Markup
 
-from bench.report import charts, pictures, summary
+from bench.compare import Comparison, compare_runs
+from bench.compare.margins import FAILURES, gates_of
+from bench.compare.result import ArmComparison
+from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
-from bench.report.figures import PIXEL_COLOURS, scales
+from bench.report.figures import PIXEL_COLOURS, Scales, scales
+from bench.report.forest import forest
+from bench.report.heat import heat_pairs
+from bench.report.pod import pod_charts
+from bench.report.sides import Panel, paired_panels, sides_of
+from bench.report.stages import STAGES, stage_budget
+from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Record, Run, load_run
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise, value_of
+from bench.score.summary import summarise
+from burrscan.errors import InputError
 from burrscan.files import written_whole
 
-MOST_DETAILED = 24
-"""Cases shown with pictures; a bigger run shows its hardest ones, and all of them in the table."""
+MOST_PICTURED = 6
+"""Cases shown with pictures; all of them stand in the table."""
 
 
 def build_report(run_dir: Path) -> Path:
     """Write ``report.html`` into a run directory, finished or not.
 
-    The page loads nothing from anywhere: styles and pictures are inside.
+    The page loads nothing from anywhere: styles, pictures and the 3D view are inside. Several variants are
+    compared, each with the first one.
 
     Parameters
     ----------
@@ -46,9 +56,22 @@ def build_report(run_dir: Path) -> Path:
     """
     run = load_run(run_dir)
     page = run_dir / "report.html"
-    with written_whole(page) as beside:
-        beside.write_text(_template().render(_content(run)), "utf-8")
+    _write(page, _run_content(run))
     return page
+
+
+def build_comparison(base: Run, new: Run, comparison: Comparison, page: Path) -> Path:
+    """Write the report of a comparison that :func:`bench.compare.compare_runs` made of these two runs.
+
+    Runs without pictures, such as an accepted baseline, have everything but pictures.
+    """
+    _write(page, _comparison_content(base, new, comparison))
+    return page
+
+
+def _write(page: Path, content: Mapping[str, Any]) -> None:
+    with written_whole(page) as beside:
+        beside.write_text(_template().render(content), "utf-8")
 
 
 def _template() -> jinja2.Template:
@@ -62,30 +85,66 @@ def _template() -> jinja2.Template:
     return environment.get_template("report.html.jinja")
 
 
-def _content(run: Run) -> dict[str, Any]:
-    variants = [variant.name for variant in run.suite.variant]
-    styles = {name: f"v{number % 6}" for number, name in enumerate(variants)}
+def _run_content(run: Run) -> dict[str, Any]:
+    panel = Panel("", sides_of(run), _arms(run))
+    margins = {name: margin for name, margin in gates_of(run.suite, {}).items() if name != FAILURES}
+    sentences = summary.verdict(run.records, [side.variant for side in panel.sides]) if run.records else ()
+    return {
+        "kicker": "run",
+        "title": run.suite.title or run.suite.name,
+        "description": run.suite.description,
+        "sentences": sentences,
+        "state": "plain",
+        "differs": {},
+        **_content(run, [("", run)], (panel,), worst_of(panel, margins, MOST_PICTURED)),
+    }
+
+
+def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str, Any]:
+    panels = paired_panels(base, new, comparison.arms)
+    same = base.directory.path == new.directory.path
+    return {
+        "kicker": "comparison",
+        "title": f"{comparison.base} → {comparison.new}",
+        "description": new.suite.title,
+        "sentences": (comparison.sentence(),),
+        "state": {0: "good", 1: "bad", 2: "odd"}[comparison.exit_code],
+        "differs": comparison.provenance,
+        **_content(
+            new,
+            [("", new)] if same else [("base", base), ("new", new)],
+            panels,
+            worst_changed(panels, MOST_PICTURED),
+        ),
+    }
+
+
+def _arms(run: Run) -> tuple[ArmComparison, ...]:
+    """Every further variant against the first, as far as the run has got."""
+    first, *others = [variant.name for variant in run.suite.variant]
+    try:
+        return tuple(compare_runs(run, run, variants=(first, other)).arms[0] for other in others)
+    except InputError:  # no case in common yet
+        return ()
+
+
+def _content(
+    run: Run, runs: Sequence[tuple[str, Run]], panels: tuple[Panel, ...], chosen: Sequence[Chosen]
+) -> dict[str, Any]:
+    """What both kinds of page show."""
     names = summary.metric_names(run)
-    by_case = {case: list(records) for case, records in groupby(run.records, lambda record: record.case)}
-    anchors = {case: f"case-{number}" for number, case in enumerate(by_case, 1)}
-    pictured = hardest(by_case, MOST_DETAILED)
-    limits = scales(run.directory, [record for case in pictured for record in by_case[case]])
-    detailed = [
-        view(run.directory, by_case[case], anchor=anchors[case], styles=styles, metrics=names, scales=limits)
-        for case in pictured
-    ]
+    anchors = {(id(item.panel), item.case): f"case-{number}" for number, item in enumerate(chosen, 1)}
+    limits = scales([side for panel in panels for side in panel.sides], [item.case for item in chosen])
     return {
         "run": run,
-        "variants": variants,
-        "styles": styles,
-        "verdict": summary.verdict(run.records, variants) if run.records else (),
-        "score": summary.score_rows(run.records, variants, names),
-        "times": summary.time_rows(run.records, variants),
-        "sections": _sections(run.records, variants, styles),
-        "index": _index(by_case, variants, anchors, detailed),
-        "cases": detailed,
-        "failures": summary.failures(run.records),
+        "runs": runs,
+        "panels": [_panel(panel, names, anchors) for panel in panels],
+        "paired": panels[0].paired,
+        "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
+        "failures": _failures(panels),
+        "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
         "metrics": [metric_named(name) for name in names],
+        "stage_names": STAGES,
         "shown_unit": summary.shown_unit,
         "limits": limits,
         "gradient": Markup(pictures.gradient()),  # noqa: S704 (our own constant)
@@ -93,60 +152,75 @@ def _content(run: Run) -> dict[str, Any]:
     }
 
 
-def hardest(by_case: Mapping[str, Sequence[Record]], most: int) -> list[str]:
-    """At most so many cases, those with the least coverage by any variant, in the run's order."""
-    least = {case: _least_coverage(records) for case, records in by_case.items()}
-    chosen = set(sorted(by_case, key=least.__getitem__)[:most])
-    return [case for case in by_case if case in chosen]
-
-
-def _least_coverage(records: Sequence[Record]) -> float:
-    return float(np.nan_to_num([value_of(record, "coverage") for record in records]).min())
-
-
-def _sections(
-    records: Sequence[Record], variants: Sequence[str], styles: Mapping[str, str]
-) -> list[dict[str, Any]]:
-    """One table and one chart per swept parameter."""
-    sections = []
-    for parameter in summary.swept(records):
-        found = summary.groups(records, variants, parameter)
-        rows = [(group.name, {styles[name]: group.coverage[name] for name in variants}) for group in found]
-        chart = charts.shares(rows, "coverage of measurable pixels, %")
-        sections.append({"parameter": parameter, "groups": found, "chart": chart})
-    return sections
-
-
-def _index(
-    by_case: Mapping[str, Sequence[Record]],
-    variants: Sequence[str],
-    anchors: Mapping[str, str],
-    detailed: Sequence[CaseView],
-) -> list[dict[str, Any]]:
-    """A line per case: its parameters, each variant's coverage and burrs, a link where there are pictures."""
-    shown = {case.anchor for case in detailed}
-    there = {
-        case: count for records in by_case.values() for case, count in summary.true_burrs(records).items()
+def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str], str]) -> dict[str, Any]:
+    parts = [list(side.records.values()) for side in panel.sides]
+    return {
+        "title": panel.title,
+        "sides": panel.sides,
+        "forests": [forest(arm) for arm in panel.arms],
+        "arms": panel.arms,
+        "score": summary.score_rows(parts, names),
+        "pod": pod_charts(panel),
+        "heat": heat_pairs(panel, names),
+        "budget": stage_budget(panel),
+        "times": summary.time_rows(parts),
+        "index": _index(panel, anchors),
     }
+
+
+def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> CaseView:
+    return view(
+        item.case,
+        item.panel.sides,
+        anchor=anchor,
+        title=item.panel.title,
+        reason=item.reason,
+        metrics=names,
+        limits=limits,
+        paired=item.panel.paired,
+    )
+
+
+def _failures(panels: Sequence[Panel]) -> list[dict[str, Any]]:
+    """Every result that is missing, and why."""
     return [
-        {
-            "anchor": anchors[case] if anchors[case] in shown else "",
-            "case": case,
-            "parameters": records[0].parameters,
-            "cells": [_index_cells(summary.of_variant(records, name), there) for name in variants],
-        }
-        for case, records in by_case.items()
+        {"case": record.case, "side": side, "failure": record.failure}
+        for panel in panels
+        for side in panel.sides
+        for record in side.records.values()
+        if record.failure
     ]
 
 
-def _index_cells(records: Sequence[Record], burrs: Mapping[str, int]) -> dict[str, str]:
-    if not records:
-        return {"coverage": "–", "burrs": "–", "false_calls": "–"}
-    if records[0].failure:
-        return {"coverage": "failed", "burrs": "failed", "false_calls": "failed"}
-    found, there = summary.burrs_found(records, burrs)
-    return {
-        "coverage": summary.number(summarise("coverage", records), "1"),
-        "burrs": f"{'✓' if found == there else '✗'} {found} of {there}" if there else "–",
-        "false_calls": summary.number(summarise("false_calls", records), "count"),
-    }
+def _index(panel: Panel, anchors: Mapping[tuple[int, str], str]) -> dict[str, Any]:
+    """A line per case: its parameters, each side's key figures, a link where there are pictures."""
+    there = summary.true_burrs(panel.records)
+    known = {record.case: record for record in panel.records}
+    scanned = any("coverage" in r.metrics and not math.isnan(r.metrics["coverage"]) for r in panel.records)
+    heads = ("coverage, %",) * scanned + ("axis, deg", "burrs", "false calls")
+    lines = [
+        {
+            "anchor": anchors.get((id(panel), case), ""),
+            "parameters": known[case].parameters,
+            "cells": [
+                _index_cells(side.records.get(case), there[case])[-len(heads) :] for side in panel.sides
+            ],
+        }
+        for case in known
+    ]
+    return {"heads": heads, "lines": lines}
+
+
+def _index_cells(record: Record | None, burrs: int) -> tuple[str, ...]:
+    """Coverage, axis, burrs found, false calls."""
+    if record is None:
+        return ("–",) * 4
+    if record.failure:
+        return ("failed",) * 4
+    found = sum(bool(burr["found"]) for burr in record.burrs)
+    return (
+        summary.number(summarise("coverage", [record]), "1"),
+        summary.number(summarise("axis_deg", [record]), "deg"),
+        f"{'✓' if found == burrs else '✗'} {found} of {burrs}" if burrs else "–",
+        summary.number(summarise("false_calls", [record]), "count"),
+    )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from burrscan.arrays import Levels
 
 _PHOTO_QUALITY = 82
+_DRAWING_QUALITY = 60
 _WIDEST = 512
 _SCREEN_GAMMA = 2.2
 _LOSSLESS = 101  # OpenCV's way to say so
@@ -28,6 +29,11 @@ def photo(image: Levels) -> str:
     return _data_uri(cv2.resize(image, size, interpolation=cv2.INTER_AREA), _PHOTO_QUALITY)
 
 
+def lossy(image: Levels) -> str:
+    """A coloured picture (h, w, 4), blue first, as a data URI, slightly lossy."""
+    return _data_uri(image, _DRAWING_QUALITY)
+
+
 def brightened(image: Levels) -> Levels:
     """A linear camera picture with the gamma of screens, so that its dark parts can be seen."""
     table = np.round(255.0 * np.linspace(0.0, 1.0, 256) ** (1 / _SCREEN_GAMMA)).astype(np.uint8)
@@ -38,7 +44,7 @@ def signed_map(values: NDArray[np.floating], limit: float) -> str:
     """Signed values (h, w) in blue, white and red, clipped at ±``limit``; NaN is transparent."""
     known = np.isfinite(values)
     share = np.clip(np.where(known, values, 0.0) / limit, -1.0, 1.0)
-    colours = _ramp()[np.round((share + 1.0) * _STEPS).astype(int)]
+    colours = ramp()[np.round((share + 1.0) * _STEPS).astype(int)]
     return _data_uri(_with_alpha(colours, known), _LOSSLESS)
 
 
@@ -56,8 +62,8 @@ def gradient() -> str:
     return f"linear-gradient(to right, {stops})"
 
 
-def _ramp() -> Levels:
-    """(2 * steps + 1, 3) colours from -1 to +1."""
+def ramp() -> Levels:
+    """(2 * steps + 1, 3) colours of :func:`signed_map`, red, green, blue, from -1 to +1."""
     at = np.linspace(0.0, 1.0, len(BLUE_WHITE_RED))
     wanted = np.linspace(0.0, 1.0, 2 * _STEPS + 1)
     anchors = np.array(BLUE_WHITE_RED, float)

@@ -5,28 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from bench.run import Record, Run
-from bench.score import HEADLINE, Metric, metric_named
-from bench.score.summary import summarise
+from bench.score import HEADLINE, metric_named
+from bench.score.summary import summarise, value_of
 
 _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A number of a table as text, and whether it is the best of its row."""
+    """A number of a table as text, whether it is the best of its row, and the number for a bar."""
 
     text: str
     best: bool = False
+    value: float = math.nan
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table: what it is about, and one cell per variant."""
+    """A row of a table: what it is about, and one cell per side."""
 
     title: str
     unit: str
@@ -34,23 +34,33 @@ class Row:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Group:
-    """The cases that share one value of a swept parameter."""
-
-    name: str
-    rows: tuple[Row, ...]
-    coverage: Mapping[str, float]
-
-
 def of_variant(records: Iterable[Record], variant: str) -> list[Record]:
     """One variant's records."""
     return [record for record in records if record.variant == variant]
 
 
-def score_rows(records: Sequence[Record], variants: Sequence[str], names: Sequence[str]) -> tuple[Row, ...]:
-    """The score table: a row per metric, summarised over cases per variant as on the terminal."""
-    return tuple(_metric_row(records, variants, metric_named(name)) for name in names)
+def score_rows(parts: Sequence[Sequence[Record]], names: Sequence[str]) -> tuple[Row, ...]:
+    """The score table: a row per metric, summarised over each part's cases as on the terminal.
+
+    Parameters
+    ----------
+    parts
+        The records of each side.
+    names
+        Metrics; one that nobody has is left out.
+
+    """
+    rows = (score_row(parts, name) for name in names)
+    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
+
+
+def score_row(parts: Sequence[Sequence[Record]], name: str) -> Row:
+    """One metric of each part."""
+    metric = metric_named(name)
+    values = [summarise(name, part) for part in parts]
+    texts = [number(value, metric.unit) for value in values]
+    best = max if metric.better == "higher" else min
+    return Row(metric.title, shown_unit(metric.unit), _cells(values, texts, best), metric.description)
 
 
 def metric_names(run: Run) -> tuple[str, ...]:
@@ -58,28 +68,22 @@ def metric_names(run: Run) -> tuple[str, ...]:
     return run.suite.metrics or HEADLINE
 
 
-def time_rows(records: Sequence[Record], variants: Sequence[str]) -> tuple[Row, ...]:
-    """Median wall time of each stage, seconds."""
-    stages = list(dict.fromkeys(stage for record in records for stage in record.timings_s))
-    return tuple(
-        Row(stage.removesuffix("_s").replace("_", " "), "s", _time_cells(records, variants, stage))
-        for stage in stages
-    )
+def time_rows(parts: Sequence[Sequence[Record]]) -> tuple[Row, ...]:
+    """Median wall time of each stage over each part's cases, seconds, and the sum of these."""
+    stages = list(dict.fromkeys(stage for part in parts for record in part for stage in record.timings_s))
+    times = {stage: [_median_time(part, stage) for part in parts] for stage in stages}
+    rows = [_time_row(stage.removesuffix("_s").replace("_", " "), values) for stage, values in times.items()]
+    sums = [float(np.nansum([values[k] for values in times.values()])) for k in range(len(parts))]
+    return (*rows, _time_row("all stages", sums)) if rows else ()
 
 
-def groups(records: Sequence[Record], variants: Sequence[str], parameter: str) -> tuple[Group, ...]:
-    """The key figures apart for each value of a swept parameter, in the order in which the values occur."""
-    values = list(dict.fromkeys(record.parameters[parameter] for record in records))
-    return tuple(_group(records, variants, parameter, value) for value in values)
+def _median_time(records: Sequence[Record], stage: str) -> float:
+    times = [record.timings_s[stage] for record in records if stage in record.timings_s]
+    return float(np.median(times)) if times else math.nan
 
 
-def swept(records: Sequence[Record]) -> list[str]:
-    """Parameters that take several values, the seed left out."""
-    values: dict[str, set[str]] = {}
-    for record in records:
-        for name, value in record.parameters.items():
-            values.setdefault(name, set()).add(str(value))
-    return [name for name, found in values.items() if len(found) > 1 and name != "seed"]
+def _time_row(title: str, seconds: Sequence[float]) -> Row:
+    return Row(title, "s", tuple(Cell("–" if math.isnan(s) else f"{s:.2f}", value=s) for s in seconds))
 
 
 def burrs_found(records: Iterable[Record], there: Mapping[str, int]) -> tuple[int, int]:
@@ -117,10 +121,13 @@ def verdict(records: Sequence[Record], variants: Sequence[str]) -> tuple[str, ..
 def _alone(records: Sequence[Record], name: str) -> str:
     found, there = burrs_found(records, true_burrs(records))
     covered = summarise("coverage", records)
-    return (
-        f"{name} measures {_percent(covered)} of the measurable pixels and finds {found} of {there} burrs "
-        f"in {_count(len(records), 'case')}."
+    measured = (
+        f"has its axis within {number(summarise('axis_deg', records), 'deg')} deg in the median case"
+        if math.isnan(covered)
+        else f"measures {_percent(covered)} of the measurable pixels"
     )
+    burrs = f" and finds {found} of {there} burrs" if there else ""
+    return f"{name} {measured}{burrs} in {_count(len(records), 'case')}."
 
 
 def _against(records: Sequence[Record], first: str, other: str) -> str:
@@ -130,13 +137,16 @@ def _against(records: Sequence[Record], first: str, other: str) -> str:
         return f"{other} and {first} have no case in common yet."
     ours, theirs = [b[case] for case in both], [a[case] for case in both]
     there = true_burrs([*ours, *theirs])
-    return f"{_coverage_phrase(ours, theirs, other, first)}; {_burr_phrase(ours, theirs, first, there)}."
+    return f"{_accuracy_phrase(ours, theirs, other, first)}; {_burr_phrase(ours, theirs, first, there)}."
 
 
-def _coverage_phrase(ours: Sequence[Record], theirs: Sequence[Record], name: str, other: str) -> str:
+def _accuracy_phrase(ours: Sequence[Record], theirs: Sequence[Record], name: str, other: str) -> str:
+    if math.isnan(summarise("coverage", ours)):
+        axes = [f"{number(summarise('axis_deg', part), 'deg')} deg" for part in (ours, theirs)]
+        return f"{name} has its axis within {axes[0]} in the median case ({other}: {axes[1]})"
     points = (summarise("coverage", ours) - summarise("coverage", theirs)) * 100
     ahead = sum(
-        x.metrics["coverage"] > y.metrics["coverage"] + _COMPARED_SHARE
+        value_of(x, "coverage") > value_of(y, "coverage") + _COMPARED_SHARE
         for x, y in zip(ours, theirs, strict=True)
     )
     direction = "more" if points >= 0 else "less"
@@ -156,37 +166,6 @@ def _burr_phrase(
         f"it finds {found} of {burrs} burrs ({other}: {their_found}), "
         f"with {number(calls, 'count')} false calls a case ({other}: {number(their_calls, 'count')})"
     )
-
-
-def _group(records: Sequence[Record], variants: Sequence[str], parameter: str, value: object) -> Group:
-    here = [record for record in records if record.parameters[parameter] == value]
-    names = ("coverage", "wrong_rate", "depth_rms_mm")
-    rows = (*score_rows(here, variants, names), _found_row(here, variants))
-    coverage = {name: summarise("coverage", of_variant(here, name)) for name in variants}
-    return Group(str(value), rows, coverage)
-
-
-def _found_row(records: Sequence[Record], variants: Sequence[str]) -> Row:
-    there = true_burrs(records)
-    counts = [burrs_found(of_variant(records, name), there) for name in variants]
-    values = [found / burrs if burrs else math.nan for found, burrs in counts]
-    texts = [f"{found} of {burrs}" for found, burrs in counts]
-    return Row("Burrs found", "count", _cells(values, texts, max))
-
-
-def _metric_row(records: Sequence[Record], variants: Sequence[str], metric: Metric) -> Row:
-    values = [summarise(metric.name, of_variant(records, name)) for name in variants]
-    texts = [number(value, metric.unit) for value in values]
-    best = max if metric.better == "higher" else min
-    return Row(metric.title, shown_unit(metric.unit), _cells(values, texts, best), metric.description)
-
-
-def _time_cells(records: Sequence[Record], variants: Sequence[str], stage: str) -> tuple[Cell, ...]:
-    cells = []
-    for name in variants:
-        times = [r.timings_s[stage] for r in of_variant(records, name) if stage in r.timings_s]
-        cells.append(Cell(f"{np.median(times):.2f}" if times else "–"))
-    return tuple(cells)
 
 
 def _cells(
@@ -209,15 +188,6 @@ def number(value: float, unit: str) -> str:
     if unit == "1":
         return f"{100 * value:.1f}"
     return f"{value:.1f}".removesuffix(".0") if unit == "count" else f"{value:.3f}"
-
-
-def failures(records: Iterable[Record]) -> list[dict[str, Any]]:
-    """Every result that is missing, and why."""
-    return [
-        {"case": record.case, "variant": record.variant, "failure": record.failure}
-        for record in records
-        if record.failure
-    ]
 
 
 def _percent(share: float) -> str:

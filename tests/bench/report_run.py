@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.budget.budget import METRICS as METRICS_OF_BUDGET
+from bench.budget.budget import SUBSTITUTIONS
 from bench.run import Failure, Record, RunDirectory
 from bench.run.directory import describe_run, write_manifest
 from bench.run.provenance import session
@@ -44,7 +47,14 @@ def made_up_suite() -> Suite:
     return suite_from(document, source="test")
 
 
-def made_up_run(folder: Path, *, fail: bool = False, pictures: bool = True, stop_after: int = 99) -> Path:
+def made_up_run(
+    folder: Path,
+    *,
+    fail: bool = False,
+    pictures: bool = True,
+    stop_after: int = 99,
+    budget: bool = False,
+) -> Path:
     """Write a run; with ``fail`` the first result is missing, with ``stop_after`` the run is unfinished."""
     suite, directory = made_up_suite(), RunDirectory(folder)
     cases = made_up_cases(suite)
@@ -58,12 +68,24 @@ def made_up_run(folder: Path, *, fail: bool = False, pictures: bool = True, stop
     )
     for number, case in enumerate(cases[:stop_after]):
         records = [made_up_record(case, variant.name) for variant in suite.variant]
+        if budget:
+            records = [replace(record, budget=made_up_budget(record)) for record in records]
         if fail and number == 0:
             records[0] = failed(records[0])
         append(directory.records, records)
         if pictures:
             save_pictures(directory.case(case.id), case, skip="fixed" if fail and number == 0 else "")
     return folder
+
+
+def made_up_budget(record: Record) -> dict[str, dict[str, float]]:
+    """Errors that fall from stage to stage, and once rise."""
+    left = {name: 1.0 - 0.15 * number for number, name in enumerate(SUBSTITUTIONS)}
+    left["coverage"] = 0.9
+    return {
+        name: {m: share * record.metrics.get(m, 0.0) for m in METRICS_OF_BUDGET}
+        for name, share in left.items()
+    }
 
 
 def made_up_cases(suite: Suite) -> list[Case]:
@@ -158,6 +180,26 @@ def _truth() -> dict[str, Any]:
     }
 
 
+def drum() -> dict[str, Any]:
+    """A piece of a drum as a mesh, with a ridge along it."""
+    angle, z = np.meshgrid(
+        np.radians(np.linspace(*ANGLES_DEG, 40)), np.linspace(-30.0, 30.0, 12), indexing="ij"
+    )
+    number = np.arange(angle.size).reshape(angle.shape)
+    a, b, c, d = (
+        part.ravel() for part in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    )
+    values = np.where(np.abs(np.degrees(angle) - 190.0) < 2.0, 1.0, 0.0).ravel()
+    return {
+        "mesh_mm": np.stack([100 * np.cos(angle), 100 * np.sin(angle), z], axis=-1)
+        .reshape(-1, 3)
+        .astype(np.float32),
+        "mesh_faces": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.uint16),
+        "mesh_values_mm": values.astype(np.float16),
+        "camera_mm": np.array([-700.0, 100.0, 300.0], np.float32),
+    }
+
+
 def _ridge(deviation: NDArray[Any]) -> NDArray[Any]:
     deviation[173:177, 20:80] += 1.0
     return deviation
@@ -194,6 +236,7 @@ def _seen(name: str, coverage: float, random: np.random.Generator) -> dict[str, 
         "burr_z_mm": np.array([[-19.0, 9.5]], np.float32),
         "burr_height_mm": np.array([0.95], np.float32),
         "burr_match": np.array([0 if hit else -1], np.int16),
+        **drum(),
     }
     if name == "adaptive":
         u = np.linspace(-1, 1, 1024)[None].repeat(768, 0)

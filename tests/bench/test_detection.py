@@ -156,3 +156,12 @@ def test_the_chart_states_false_calls_beside_every_curve() -> None:
     assert svg.count("false calls per wheel") == 2
     assert all(sizes_told(item).replace("&", "&amp;") in svg for item in found)
     assert not chart([])
+
+
+def test_each_variant_has_its_own_finds() -> None:
+    def record(variant: str, *, found: bool) -> Record:
+        burr = {"found": found, "height_mm": 1.0}
+        return Record("c", variant, {"seed": 0}, "", "", {"false_calls": 0.0}, (burr,))
+
+    records = [record("blind", found=False), record("keen", found=True)]
+    assert [detection(records, variant=name).shares[0].hits for name in ("blind", "keen")] == [0, 1]

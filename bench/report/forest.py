@@ -1,0 +1,166 @@
+"""The forest plot: every metric's difference and interval in units of its margin, better to the right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from bench.compare.result import ArmComparison, Row
+from bench.compare.text import SIGNS, number, p_value
+
+WIDTH, HEIGHT = 320.0, 24.0
+_SIDE = 12.0
+_TICKS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+_LEAST = 4.0  # margins that the axis shows on each side, at least
+_MOST = 1000.0
+
+
+@dataclass(frozen=True)
+class ForestRow:
+    """One metric as the page shows it: its texts, its verdict and its plot."""
+
+    title: str
+    unit: str
+    gated: bool
+    margin: str
+    base: str
+    new: str
+    difference: str
+    interval: str
+    p: str
+    verdict: str
+    css: str
+    sign: str
+    aside: str
+    note: str
+    plot: Markup
+
+
+@dataclass(frozen=True)
+class Forest:
+    """A comparison's rows under one axis."""
+
+    base: str
+    new: str
+    axis: Markup
+    rows: tuple[ForestRow, ...]
+
+
+def forest(arm: ArmComparison) -> Forest:
+    """Lay out a comparison, gated metrics first."""
+    reach = _reach(arm.rows)
+    rows = sorted(arm.rows, key=lambda row: not row.gated)
+    return Forest(arm.base, arm.new, _axis(reach), tuple(_row(row, reach) for row in rows))
+
+
+def _row(row: Row, reach: float) -> ForestRow:
+    return ForestRow(
+        title=row.title,
+        unit=shown_unit(row.unit),
+        gated=row.gated,
+        margin=f"±{shown(row.margin, row.unit)}",
+        base=shown(row.base, row.unit),
+        new=shown(row.new, row.unit),
+        difference=shown(row.difference, row.unit, sign=True),
+        interval=f"{shown(row.low, row.unit, sign=True)} to {shown(row.high, row.unit, sign=True)}"
+        if math.isfinite(row.low) and row.low < row.high
+        else "",
+        p=p_value(row.p_holm),
+        verdict=row.verdict,
+        css=row.verdict.replace(" ", "-"),
+        sign=SIGNS[row.verdict],
+        aside=f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else "",
+        note=row.note,
+        plot=_plot(row, reach),
+    )
+
+
+def shown(value: float, unit: str, *, sign: bool = False) -> str:
+    """A value as text with a true minus, shares in per cent."""
+    return number(value, unit, sign=sign).replace("-", "−")
+
+
+def shown_unit(unit: str) -> str:
+    """The unit in words; a number of things has none."""
+    return {"1": "%", "count": ""}.get(unit, unit)
+
+
+def _in_margins(value: float, row: Row) -> float:
+    """Better is positive; a margin of nought counts as one."""
+    sign = 1.0 if row.better == "higher" else -1.0
+    return sign * value / (row.margin or 1.0)
+
+
+def _reach(rows: Sequence[Row]) -> float:
+    """How many margins the axis shows: everything, if that is possible."""
+    ends = [abs(_in_margins(v, row)) for row in rows for v in (row.difference, row.low, row.high)]
+    return min(max([_LEAST, *(1.15 * end for end in ends if math.isfinite(end))]), _MOST)
+
+
+def place(margins: float, reach: float) -> float:
+    """Horizontal place of a value: near nought the axis is even, far from it logarithmic (arsinh)."""
+    share = math.asinh(margins) / math.asinh(reach)
+    return WIDTH / 2 + min(max(share, -1.0), 1.0) * (WIDTH / 2 - _SIDE)
+
+
+def _plot(row: Row, reach: float) -> Markup:
+    middle = HEIGHT / 2
+    parts = [_band(reach), _upright(place(0.0, reach), "zero")]
+    if math.isfinite(row.difference):
+        ends = sorted(place(_in_margins(v, row), reach) for v in (row.low, row.high) if math.isfinite(v))
+        if ends and ends[-1] > ends[0]:
+            parts.append(_whisker(ends[0], ends[-1], middle))
+        parts.append(_diamond(place(_in_margins(row.difference, row), reach), middle))
+    words = f"{row.title}: {shown(row.difference, row.unit, sign=True)} {shown_unit(row.unit)}, {row.verdict}"
+    return Markup('<svg class="row {}" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}</svg>').format(
+        row.verdict.replace(" ", "-"), WIDTH, HEIGHT, words, Markup("").join(parts)
+    )
+
+
+def _axis(reach: float) -> Markup:
+    words = [_label(place(0.0, reach), "0", "tick x")]
+    last = 0.0
+    for tick in _TICKS:
+        if tick > reach:
+            break
+        if place(tick, reach) - place(last, reach) > 24.0:
+            words += [
+                _label(place(s * tick, reach), f"{'+' if s > 0 else '−'}{tick:g}", "tick x") for s in (1, -1)
+            ]
+            last = tick
+    words += [
+        Markup('<text class="end" x="{:g}" y="9" text-anchor="start">← worse</text>').format(_SIDE),
+        Markup('<text class="end" x="{:g}" y="9" text-anchor="middle">in margins</text>').format(WIDTH / 2),
+        Markup('<text class="end" x="{:g}" y="9" text-anchor="end">better →</text>').format(WIDTH - _SIDE),
+    ]
+    return Markup('<svg class="row axis" viewBox="0 0 {:g} 26" aria-hidden="true">{}</svg>').format(
+        WIDTH, Markup("").join(words)
+    )
+
+
+def _label(x: float, words: str, css: str) -> Markup:
+    return Markup('<text class="{}" x="{:.1f}" y="23">{}</text>').format(css, x, words)
+
+
+def _band(reach: float) -> Markup:
+    left, right = place(-1.0, reach), place(1.0, reach)
+    return Markup('<rect class="margin" x="{:.1f}" y="0" width="{:.1f}" height="{:g}"/>').format(
+        left, right - left, HEIGHT
+    )
+
+
+def _upright(x: float, css: str) -> Markup:
+    return Markup('<path class="{0}" d="M{1:.1f} 0V{2:g}"/>').format(css, x, HEIGHT)
+
+
+def _whisker(x0: float, x1: float, y: float) -> Markup:
+    return Markup(
+        '<path class="whisker" d="M{0:.1f} {2:g}H{1:.1f}M{0:.1f} {3:g}v8M{1:.1f} {3:g}v8"/>'
+    ).format(x0, x1, y, y - 4)
+
+
+def _diamond(x: float, y: float) -> Markup:
+    return Markup('<path class="estimate" d="M{:.1f} {:g}l5.5 5.5l-5.5 5.5l-5.5 -5.5z"/>').format(x, y - 5.5)

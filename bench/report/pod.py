@@ -1,0 +1,137 @@
+"""Detection curves of the sides of a page, by both models, with the false calls they were bought with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from bench.detection import Detection, PodCurve, detection
+from bench.detection.records import Model
+from bench.report.axes import Axes, log_marks
+from bench.report.sides import Panel
+from burrscan.arrays import Floats
+
+_MODELS: tuple[Model, ...] = ("hit/miss", "signal")
+_TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured height"}
+_SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
+
+
+@dataclass(frozen=True)
+class PodRow:
+    """What one side detects, as texts; ``why_not`` where no curve can be fitted."""
+
+    label: str
+    css: str
+    found: str
+    a50: str
+    a90: str
+    a90_95: str
+    false_calls: str
+    false_calls_interval: str
+    why_not: str
+
+
+@dataclass(frozen=True)
+class PodChart:
+    """The curves of all sides by one model."""
+
+    title: str
+    picture: Markup
+    rows: tuple[PodRow, ...]
+
+
+def pod_charts(panel: Panel) -> tuple[PodChart, ...]:
+    """Both models' charts; none where there are no burrs."""
+    charts = []
+    for model in _MODELS:
+        found = [
+            (side.css, side.label, detection(panel.records_of(side), variant=side.variant, model=model))
+            for side in panel.sides
+        ]
+        sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
+        if sizes and (model == "hit/miss" or any(item.curve for _, _, item in found)):
+            curves = [(css, item) for css, _, item in found]
+            rows = tuple(_row(css, label, item) for css, label, item in found)
+            charts.append(PodChart(_TITLES[model], pod_picture(curves, _TITLES[model]), rows))
+    return tuple(charts)
+
+
+def pod_picture(found: Sequence[tuple[str, Detection]], label: str) -> Markup:
+    """Curves, bands, shares found with exact bounds; a90 (full) and a90/95 (hollow) on the line of 90 %.
+
+    Parameters
+    ----------
+    found
+        Style class and what it detects.
+    label
+        For those who hear pictures.
+
+    """
+    sizes = [share.size for _, item in found for share in item.shares if share.size > 0.0]
+    low, high = math.log10(min(sizes)) - 0.12, math.log10(max(sizes)) + 0.12
+    name, _, unit = found[0][1].size_name.rpartition("_")
+    axes = Axes(
+        (low, high),
+        (-3.0, 103.0),
+        f"burr {name.replace('_', ' ')}, {unit}" if name else found[0][1].size_name,
+        "probability of detection, %",
+        270.0,
+        log_marks(low, high),
+        _SHARES,
+    )
+    parts = [axes.line(np.array([[low, 90.0], [high, 90.0]]), "zero")]
+    for shift, (css, item) in enumerate(found):
+        parts.append(_drawn(axes, css, item, (shift - (len(found) - 1) / 2) * 0.012 * (high - low)))
+    return axes.svg(parts, label)
+
+
+def _drawn(axes: Axes, css: str, item: Detection, shift: float) -> Markup:
+    parts = [_curve(axes, item.curve)] if item.curve else []
+    for share in (share for share in item.shares if share.size > 0.0):
+        x = math.log10(share.size) + shift
+        parts.append(axes.line(100.0 * np.array([[x / 100.0, share.low], [x / 100.0, share.high]]), "bound"))
+        parts.append(axes.dot(x, 100.0 * share.hits / share.trials, "share", 3.2))
+    return Markup('<g class="{}">{}</g>').format(css, Markup("").join(parts))
+
+
+def _curve(axes: Axes, fit: PodCurve) -> Markup:
+    x = np.log10(np.maximum(fit.size, 1e-12))
+    marks = [
+        axes.dot(math.log10(size), 90.0, css, 4.5)
+        for size, css in ((fit.a90, "a90"), (fit.a90_95, "a90 bound"))
+        if math.isfinite(size) and size > 0.0 and axes.x[0] <= math.log10(size) <= axes.x[1]
+    ]
+    band = np.concatenate([_points(x, fit.low), _points(x, fit.high)[::-1]])
+    return Markup("").join([axes.area(band, "band"), axes.line(_points(x, fit.pod), "curve"), *marks])
+
+
+def _points(x: Floats, pod: Floats) -> Floats:
+    return np.column_stack([x, 100.0 * pod])
+
+
+def _row(css: str, label: str, item: Detection) -> PodRow:
+    fit, why_not = item.curve, item.why_not
+    low, high = item.false_calls_interval
+    if fit and fit.pod[-1] < fit.pod[0]:
+        fit, why_not = None, "larger burrs were found less often than smaller ones: there is no size to state"
+    hits, trials = sum(s.hits for s in item.shares), sum(s.trials for s in item.shares)
+    interval = f"{low:.2g} to {high:.2g}" if math.isfinite(low) and math.isfinite(high) else ""
+    return PodRow(
+        label,
+        css,
+        f"{hits} of {trials}",
+        _size(fit.a50) if fit else "–",
+        _size(fit.a90) if fit else "–",
+        ("not shown" if math.isinf(fit.a90_95) else _size(fit.a90_95)) if fit else "–",
+        f"{item.false_calls_per_wheel:.2g}" if item.wheels else "–",
+        interval,
+        why_not,
+    )
+
+
+def _size(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "–"

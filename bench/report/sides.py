@@ -1,0 +1,98 @@
+"""The columns of a page: which variants of which runs stand side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from bench.compare.result import ArmComparison
+from bench.report.kept import Arrays, load
+from bench.run import Record, Run
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One arm.
+
+    Parameters
+    ----------
+    label
+        How the page calls it.
+    css
+        Its style class, for its colour.
+    run, variant
+        Whose records.
+
+    """
+
+    label: str
+    css: str
+    run: Run
+    variant: str
+
+    @cached_property
+    def records(self) -> Mapping[str, Record]:
+        """Case to record, in the suite's order."""
+        return {record.case: record for record in self.run.records if record.variant == self.variant}
+
+    def truth(self, case: str) -> Arrays:
+        """The true maps of a case; nothing where none were kept."""
+        return load(self.run.directory.case(case) / "truth.npz")
+
+    def found(self, case: str) -> Arrays:
+        """The pictures and maps of a case; nothing where none were kept."""
+        return load(self.run.directory.case(case) / f"{self.variant}.npz")
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Sides that are shown together.
+
+    Parameters
+    ----------
+    title
+        Empty where the page has one panel only.
+    sides
+        At least one.
+    arms
+        Comparisons of these sides, for the forest plot.
+    paired
+        Whether the page compares: the two sides' difference is shown, not their values.
+
+    """
+
+    title: str
+    sides: tuple[Side, ...]
+    arms: tuple[ArmComparison, ...]
+    paired: bool = False
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """Of all sides."""
+        return tuple(record for side in self.sides for record in side.records.values())
+
+    def records_of(self, side: Side) -> list[Record]:
+        """A side's records and its run's others of the same cases, which know a failed case's burrs."""
+        return [record for record in side.run.records if record.case in side.records]
+
+
+def sides_of(run: Run) -> tuple[Side, ...]:
+    """Every variant of a run."""
+    return tuple(
+        Side(variant.name, f"v{number % 6}", run, variant.name)
+        for number, variant in enumerate(run.suite.variant)
+    )
+
+
+def paired_panels(base: Run, new: Run, arms: Sequence[ArmComparison]) -> tuple[Panel, ...]:
+    """A panel per comparison: the base and the new arm."""
+    return tuple(
+        Panel(
+            f"{arm.base} → {arm.new}" if len(arms) > 1 else "",
+            (Side(arm.base, "v0", base, arm.base_variant), Side(arm.new, "v1", new, arm.new_variant)),
+            (arm,),
+            paired=True,
+        )
+        for arm in arms
+    )

@@ -1,0 +1,92 @@
+"""Which cases to show: those that changed most for the worse, or those that stand out for the worse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.compare.result import CaseChange
+from bench.report.forest import shown, shown_unit
+from bench.report.sides import Panel, Side
+from bench.score.metrics import METRICS, metric_named
+from bench.score.summary import value_of
+
+_SMALLEST_MARGIN = 1e-9  # a margin of nought would make every case stand out without end
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A case to show, why, and how many margins it is worse."""
+
+    case: str
+    panel: Panel
+    reason: str
+    margins: float
+
+
+def worst_changed(panels: Sequence[Panel], most: int) -> list[Chosen]:
+    """The cases that got worse most in any panel, the worst first; none that did not get worse."""
+    changed = [_change(panel, change) for panel in panels for arm in panel.arms for change in arm.cases]
+    kept = sorted((item for item in changed if item.margins > 0.0), key=lambda item: -item.margins)
+    return kept[:most]
+
+
+def _change(panel: Panel, change: CaseChange) -> Chosen:
+    if math.isinf(change.worst):
+        return Chosen(change.case, panel, "newly failed", change.worst)
+    title = metric_named(change.worst_metric).title
+    return Chosen(change.case, panel, f"{title}: worse by {change.worst:.1f} margins", change.worst)
+
+
+def worst_of(panel: Panel, margins: Mapping[str, float], most: int) -> list[Chosen]:
+    """The cases in which some side is farthest behind its own median, in margins; the worst first.
+
+    Parameters
+    ----------
+    panel
+        The sides.
+    margins
+        Metrics that count, with their margins.
+    most
+        How many cases at most.
+
+    """
+    worst: dict[str, Chosen] = {}
+    for side in panel.sides:
+        for item in _standing_out(panel, side, margins):
+            if item.case not in worst or item.margins > worst[item.case].margins:
+                worst[item.case] = item
+    return sorted(worst.values(), key=lambda item: -item.margins)[:most]
+
+
+def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Iterator[Chosen]:
+    """Every case of a side with the metric in which it is farthest behind."""
+    names = [name for name in margins if name in METRICS]
+    records = list(side.records.values())
+    if not records:
+        return
+    behind = np.array([_behind([value_of(r, name) for r in records], name, margins[name]) for name in names])
+    name_of = f"{side.label}: " if len(panel.sides) > 1 else ""
+    for number, record in enumerate(records):
+        if record.failure is not None or not names:
+            yield Chosen(record.case, panel, f"{name_of}failed" if record.failure else "", math.inf)
+            continue
+        first = int(behind[:, number].argmax())
+        metric, excess = metric_named(names[first]), float(behind[first, number])
+        value = f"{shown(value_of(record, metric.name), metric.unit)} {shown_unit(metric.unit)}".strip()
+        reason = f"{name_of}{metric.title.lower()} {value}, {excess:.1f} margins behind the median case"
+        yield Chosen(record.case, panel, reason if excess > 0.0 else "", excess)
+
+
+def _behind(values: Sequence[float], name: str, margin: float) -> list[float]:
+    """How far each value is worse than the median, in margins; no value is no reason."""
+    found = np.array(values, float)
+    known = found[np.isfinite(found)]
+    if not known.size:
+        return [0.0] * len(values)
+    sign = 1.0 if metric_named(name).better == "lower" else -1.0
+    excess = sign * (found - float(np.median(known))) / max(margin, _SMALLEST_MARGIN)
+    return [float(v) for v in np.nan_to_num(excess, nan=0.0, posinf=0.0, neginf=0.0)]
