@@ -94,7 +94,7 @@ def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, 
     The moments are averaged over neighbours, a few times over. O(V + T).
     """
     count = len(normals)
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges = _sides(points_mm, faces)
     ends = np.concatenate([edges, edges[:, ::-1]])
     joined = sparse.csr_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
     share = 1.0 / (1.0 + np.asarray(joined.sum(axis=1)))[:, None]
@@ -109,6 +109,18 @@ def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, 
     off = middle - local
     sideways = off - np.einsum("ij,ij->i", off, plane)[:, None] * plane
     return plane, np.linalg.norm(sideways, axis=1).astype(float)
+
+
+def _sides(points_mm: Floats, faces: Ints32) -> Ints32:
+    """(E, 2) the edges but for the longest of every face: a range image's diagonals all lean one way.
+
+    Surroundings that are sheared by them give leaning normals where the surface is curved, and views of a
+    surface of revolution then creep about its axis.
+    """
+    edges = np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1)
+    square = ((points_mm[edges[..., 0]] - points_mm[edges[..., 1]]) ** 2).sum(axis=2)
+    kept: Ints32 = edges[np.arange(3) != np.argmax(square, axis=1)[:, None]]
+    return kept
 
 
 def _on_border(count: int, faces: Ints32) -> Bools:

@@ -19,9 +19,9 @@ def motion(rotvec_deg: Floats, shift_mm: Floats) -> Floats:
     return pose
 
 
-def part(phi: Floats, z: Floats, *, lobes: float) -> Floats:
-    """A stepped, tapered part; lobes break its symmetry."""
-    radius = 50.0 + 0.15 * z + 4.0 / (1.0 + np.exp(-(z - 5.0) / 1.5)) + lobes * np.cos(5.0 * phi)
+def part(phi: Floats, z: Floats, *, lobes: float, step_mm: float = 1.5) -> Floats:
+    """A stepped, tapered part; lobes break its symmetry, a short step is steep."""
+    radius = 50.0 + 0.15 * z + 4.0 / (1.0 + np.exp(-(z - 5.0) / step_mm)) + lobes * np.cos(5.0 * phi)
     return np.stack([radius * np.cos(phi), radius * np.sin(phi), z], axis=-1)
 
 
@@ -41,6 +41,7 @@ def view(
     rng: np.random.Generator,
     *,
     lobes: float = 1.0,
+    step_mm: float = 1.5,
     sigma_mm: float = 0.02,
     robot_mm: float = 0.5,
     robot_deg: float = 0.2,
@@ -52,7 +53,7 @@ def view(
         indexing="ij",
     )
     pose = true_pose(turn_deg)
-    points = part(phi.ravel(), z.ravel(), lobes=lobes)
+    points = part(phi.ravel(), z.ravel(), lobes=lobes, step_mm=step_mm)
     in_camera = (points - pose[:3, 3]) @ pose[:3, :3]
     rays = in_camera / np.linalg.norm(in_camera, axis=1, keepdims=True)
     in_camera = in_camera + sigma_mm * rng.normal(size=(len(points), 1)) * rays
