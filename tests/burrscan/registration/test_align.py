@@ -61,7 +61,7 @@ def test_a_round_part_leaves_its_turn_to_the_robot() -> None:
 
 
 def test_round_views_do_not_creep_about_their_axis() -> None:
-    """The diagonals of the faces all lean one way; where the profile bends, normals must not lean with them."""
+    """The diagonals of faces all lean one way; where the profile bends, normals must not lean with them."""
     turns = (0.0, 60.0, 120.0)
     for seed in range(3):
         found = align(views(seed, turns, lobes=0.0, step_mm=0.3))
