@@ -11,6 +11,7 @@ import pytest
 from scipy import stats
 
 from bench.suites.cases import expand
+from bench.suites.catalogue import load_suite
 from bench.suites.suite import Suite, suite_from
 from bench.suites.variants import pipeline_of
 from burrscan.errors import InputError
@@ -191,3 +192,26 @@ def test_a_pipeline_sweep_of_what_does_not_exist_is_refused() -> None:
         pipeline_of(swept.variant[0])
     with pytest.raises(InputError, match="frmes"):
         pipeline_of(suite(sweep={"pipeline.scan.frmes": [2]}).variant[0])
+
+
+def test_the_standard_suite_is_what_its_title_says() -> None:
+    standard = load_suite("standard")
+    cases = expand(standard)
+    assert set(standard.paths) >= {"finish", "wheel", "burr.height_mm", "pose.elevation_deg", "pose.roll_deg"}
+    burrs = [case.document["burr"][0]["height_mm"] for case in cases if case.document["burr"]]
+    assert len(burrs) >= 120, "fewer do not bear a90/95: bench/detection/README.md"
+    assert 0.1 <= min(burrs) < 0.15
+    assert 2.0 < max(burrs) <= 2.5
+    assert 0.2 <= 1.0 - len(burrs) / len(cases) <= 0.3, "clean wheels, for false calls"
+    seed = next(pipeline_of(v) for v in standard.variant if v.name == "seed")
+    assert (seed.scan.method, seed.axis.method, seed.burrs.method) == ("seed", "seed", "seed")
+    assert len(standard.gate) > 5
+
+
+def test_the_stress_suite_has_each_fault_by_itself() -> None:
+    stress = load_suite("stress")
+    paths = {path.partition(".")[0] for paths in stress.condition.values() for path in paths}
+    assert paths >= {"calibration", "vibration", "light", "camera", "projector", "pose"}
+    assert stress.condition["calm"] == {}
+    hashes = {case.parameters["condition"]: case.scene_hash for case in expand(stress)}
+    assert len(set(hashes.values())) == len(stress.condition)
