@@ -94,7 +94,7 @@ def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Fram
     mean = float((weight * local).sum() / weight.sum())
     frame = _framed(field, site, lift, weight, local)
     ridge = _ridge(field, site, frame)
-    if np.ptp(local[site.on]) < _SAME_RADIUS * mean or (ridge is not None and ridge.explains):
+    if np.ptp(local[site.on]) < _SAME_RADIUS * mean:
         return frame, ridge
     other = _framed(field, site, lift, weight, np.full(len(local), mean))
     wedge = _ridge(field, site, other)

@@ -23,8 +23,8 @@ _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
 _CLEARLY_WORSE = 8.0
 """Rise of the weighted sum of squares that rules a width out."""
-_SHARPLY = 0.05
-"""Relative standard deviation of a width below which the other widths are not searched."""
+_FEW_WIDTHS = 8
+"""Widths tried first; all of a finer grid where these leave the width open."""
 _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
 _TELLS_SHAPES = 1.5
@@ -109,11 +109,6 @@ class Ridge:
     def fullness(self) -> float:
         """Cross-section area over height times width."""
         return self.power / (self.power + 1.0)
-
-    @property
-    def explains(self) -> bool:
-        """Whether nothing but noise is left."""
-        return self.misfit < 1.0
 
     def base_middle_mm(self, u_mm: float) -> float:
         """Position across of the middle of the base."""
@@ -372,19 +367,6 @@ def _determined(ridge: Ridge, halves: Floats, chi2: Floats) -> bool:
     return bool((chi2[far] > limit).all())
 
 
-def _refused(patch: Patch, ridge: Ridge, factor: float) -> bool:
-    """Whether the data refuse a burr so much wider."""
-    other = _at_width(patch, ridge, factor * float(ridge.parameters[3]))
-    return other.chi2 > ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
-
-
-def _told(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
-    """The ridge whose width the data tell; three vertices across cannot tell cross-sections apart."""
-    many = float(ridge.parameters[3]) > _TELLS_SHAPES * spacing
-    richer = _richest(patch, ridge, spacing) if many else ridge
-    return _with_width_sigma(patch, ridge) if richer is ridge else richer
-
-
 def _with_width_sigma(patch: Patch, ridge: Ridge) -> Ridge:
     """The covariance from finite differences over the width.
 
@@ -413,17 +395,18 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     off = np.abs(patch.v_mm - ridge.parameters[1] - ridge.parameters[2] * patch.u_mm)
     patch = _part(patch, off < (widest + 0.5) * spacing)
     ridge = _fitted(patch, ridge.parameters, 1, _SYMMETRIC, extent, spacing)
-    sharp = ridge.sigma_of([0, 0, 0, 1, 0]) < _SHARPLY * half
-    if sharp and _refused(patch, ridge, 0.8) and _refused(patch, ridge, 1.25):
-        return _told(patch, ridge, spacing)
-    halves = np.arange(0.4, widest, 0.1) * spacing
-    chi2, every = _over_widths(
-        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, 1, _HELD, halves
-    )
-    other = _fitted(patch, every[int(np.argmin(chi2))], 1, _SYMMETRIC, extent, spacing)
-    ridge = other if other.chi2 < ridge.chi2 else ridge
-    if _determined(ridge, halves, chi2):
-        return _told(patch, ridge, spacing)
+    for halves in (np.geomspace(0.4, widest, _FEW_WIDTHS) * spacing, np.arange(0.4, widest, 0.1) * spacing):
+        chi2, every = _over_widths(
+            patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, 1, _HELD, halves
+        )
+        other = _fitted(patch, every[int(np.argmin(chi2))], 1, _SYMMETRIC, extent, spacing)
+        ridge = other if other.chi2 < ridge.chi2 else ridge
+        if not _determined(ridge, halves, chi2):
+            continue
+        # Three vertices across cannot tell one cross-section from another.
+        many = float(ridge.parameters[3]) > _TELLS_SHAPES * spacing
+        richer = _richest(patch, ridge, spacing) if many else ridge
+        return _with_width_sigma(patch, ridge) if richer is ridge else richer
     aspect = np.log((every[:, 0] / (2.0 * halves)).clip(1e-6))
     weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
     weight /= weight.sum()
