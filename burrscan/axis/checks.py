@@ -72,8 +72,11 @@ def _centres(vertices: Floats, faces: Ints32, axis: Axis) -> list[Check]:
     middle = np.median(good[:, :2], axis=0)
     box = 2.0 * np.median(np.abs(good[:, :2] - middle), axis=0)
     first, second = np.triu_indices(len(good), k=1)
-    rise = good[second, 2] - good[first, 2]
-    lean = float(np.hypot(*np.median((good[second, :2] - good[first, :2]) / rise[:, None], axis=0)))
+    step = good[second, :3] - good[first, :3]
+    step = step[np.abs(step[:, 2]) > 1e-9 * size]  # several circles may lie in one plane
+    if not len(step):
+        return []
+    lean = float(np.hypot(*np.median(step[:, :2] / step[:, 2:], axis=0)))
     return [
         Check(
             "centres_collinear", lean < LARGEST_LEAN, float(np.degrees(lean)),

@@ -8,7 +8,8 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
 from burrscan.axis.degenerate import undetermined
-from burrscan.axis.fit import Fit, refine
+from burrscan.axis.dense import densified
+from burrscan.axis.fit import FLOOR, Fit, refine
 from burrscan.axis.ridges import SPACING
 from burrscan.axis.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
 from burrscan.axis.spread import Spread, spread_of
@@ -27,6 +28,12 @@ RIVAL, RIVAL_COST = 3.0, 0.02
 ALIKE = np.cos(np.radians(3.0))
 """Axes nearer than this are one."""
 CONTEST_STEPS = 6
+FLAT = 0.01
+"""Faces of a coarse mesh lie within the part by about this share of the rms radius, or less."""
+LEAST_CORNERS = 0.5
+"""Share of a coarse mesh's vertices that must lie on its generatrix to count as points of the part."""
+SMOOTH = 0.25
+"""Share of independent noise that two rounds of averaging over six neighbours leave."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -57,13 +64,17 @@ def find_axis_profile(
 
     """
     cloud = canonical_cloud(vertices_mm, sigma_mm)
+    raw, corners = cloud.points, None
+    if faces is not None and len(faces) and sigma_mm is None:
+        raw, faces = densified(cloud.points, faces)
+        corners = None if raw is cloud.points else cloud.points
     pitch = 0.0
     if faces is not None and len(faces):
-        points = smoothed(cloud.points, cloud.weights, faces, rounds=smoothing)
+        points = smoothed(raw, cloud.weights, faces, rounds=smoothing)
         pitch = float(np.sqrt(median_square_edge(points, faces)))
     else:
-        points = smoothed_cloud(cloud.points, rounds=smoothing)
-    raw_sigma = displacement(cloud.points, points) if smoothing else 0.0
+        points = smoothed_cloud(raw, rounds=smoothing)
+    raw_sigma = displacement(raw, points) if smoothing else 0.0
     cells, rows = voxel_moments(points, cloud.weights)
     candidates, evaluations = candidate_axes(surfels_of(cells, rows))
     if not candidates:
@@ -72,16 +83,42 @@ def find_axis_profile(
         )
     means, counts = rows[:, 1:4] / rows[:, :1], rows[:, 0] / rows[:, 0].mean()
     fit = _best_start(means, counts, candidates)
+    least = max(FLOOR, SMOOTH * stated_sigma(sigma_mm) / cloud.scale_mm)
     blur = resolution(fit, max(raw_sigma, fit.sigma), len(points), pitch)
-    rough = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma)
+    rough = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma, least=least)
     blur = resolution(rough, max(raw_sigma, rough.sigma), len(points), pitch)
     fit = refine(
         points, cloud.weights, rough.frame[:, 2], rough.place,
         blur=blur, steps=full_steps, sigma=rough.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
+        least=least,
     )  # fmt: skip
-    spread = spread_of(points, cloud.points, cloud.weights, fit)
+    if corners is not None:
+        fit, points, raw = _by_corners(fit, points, raw, corners, blur)
+    spread = spread_of(points, raw, cloud.weights, fit)
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, spread=spread)
     return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
+
+
+def _by_corners(
+    fit: Fit, points: Floats, raw: Floats, corners: Floats, blur: float
+) -> tuple[Fit, Floats, Floats]:
+    """The fit, points and raw points of a coarse mesh once its corners have the last word.
+
+    Faces tell the slopes of the generatrix, but lie within the part; its corners lie on it.
+    """
+    alike = np.ones(len(corners))
+    last = refine(
+        points, np.empty(0), fit.frame[:, 2], fit.place,
+        blur=blur, steps=0, sigma=max(fit.sigma, FLAT), thinned=(corners, alike),
+    )  # fmt: skip
+    if last.inliers < LEAST_CORNERS * len(corners):
+        return fit, points, raw
+    return last, corners, corners
+
+
+def stated_sigma(sigma_mm: Floats | None) -> float:
+    """The standard deviation that weights of unit mean stand for; 0 where none is stated."""
+    return 0.0 if sigma_mm is None else float(np.mean(sigma_mm**-2.0) ** -0.5)
 
 
 def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Floats, float]]) -> Fit:
