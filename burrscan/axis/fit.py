@@ -59,6 +59,8 @@ class Fit:
         (K, 3, 3) inverse of each piece's normal matrix.
     raw_sigma
         Noise before smoothing.
+    least
+        What the noise is at least.
 
     """
 
@@ -72,6 +74,7 @@ class Fit:
     raw_sigma: float
     inliers: float
     steps: int
+    least: float = FLOOR
 
 
 @kernel
@@ -261,6 +264,7 @@ def refine(
     sigma: float | None = None,
     raw_sigma: float = 0.0,
     thinned: tuple[Floats, Floats] | None = None,
+    least: float = FLOOR,
 ) -> Fit:
     """Gauss-Newton from an axis; the pieces are found once, at the start. O(V) a step.
 
@@ -280,6 +284,9 @@ def refine(
         Noise of the points before smoothing, if they are smooth.
     thinned
         Fewer points and their weights, that stand for all until the steps are small.
+    least
+        What the noise is at least: where flat faces are perfect and round ones are facets, the faces alone
+        would say.
 
     """
     frame, place = frame_of(direction), place - direction * (place @ direction)
@@ -289,7 +296,7 @@ def refine(
     gate = GATE * pieces.spacing
     fit = Fit(
         frame, place, gate, pieces,
-        np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), raw_sigma, 0.0, 0,
+        np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3)), raw_sigma, 0.0, 0, least,
     )  # fmt: skip
     if sigma is not None:
         fit.sigma = sigma
@@ -317,7 +324,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     fit.coefficients, fit.frame, fit.place = _moved(
         step, offset, fit.response, fit.coefficients, fit.frame, fit.place
     )
-    fit.sigma = max(median_sigma(spread, top), FLOOR)
+    fit.sigma = max(median_sigma(spread, top), fit.least)
     fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
     return float(size) / max(fit.sigma, fit.raw_sigma)
 

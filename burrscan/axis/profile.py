@@ -85,7 +85,9 @@ def find_axis_profile(
     fit = _best_start(means, counts, candidates)
     least = max(FLOOR, SMOOTH * stated_sigma(sigma_mm) / cloud.scale_mm)
     blur = resolution(fit, max(raw_sigma, fit.sigma), len(points), pitch)
-    rough = refine(means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma, least=least)
+    rough = refine(
+        means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma, least=least
+    )
     blur = resolution(rough, max(raw_sigma, rough.sigma), len(points), pitch)
     fit = refine(
         points, cloud.weights, rough.frame[:, 2], rough.place,
