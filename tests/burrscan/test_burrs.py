@@ -273,3 +273,30 @@ def test_sigmas_that_promise_too_much_are_raised() -> None:
     raised = calibrated(stated, rng.normal(size=4000) * true)
     assert raised[:1000] == pytest.approx(0.24, rel=0.1)
     assert raised[1000:] == pytest.approx(0.01, rel=0.1)
+
+
+def test_a_patch_that_is_stated_to_be_doubtful_is_no_burr() -> None:
+    # Bounced light moves a whole patch; the scanner states a larger sigma there. Trusted, it is a burr.
+    def lift(z: Floats, r: Floats, angle: Floats) -> Floats:
+        return np.asarray(0.3 * np.exp(-((angle * r) ** 2 + z**2) / 4.0))
+
+    scan = scattered_scan("cylinder", lift, seed=21)
+    axis = exact_axis(scan)
+    curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
+    part = (scan.vertices_mm - scan.T_mesh_part[:3, 3]) @ scan.T_mesh_part[:3, :3]
+    near = (np.abs(part[:, 1]) < 6.0) & (np.abs(part[:, 2]) < 6.0) & (part[:, 0] > 0.0)
+    sigma = np.where(near, 0.15, 0.05)
+    assert len(burrs_residual(scan.vertices_mm, scan.faces, axis, curve, sigma_mm=0.05)) == 1
+    assert not burrs_residual(scan.vertices_mm, scan.faces, axis, curve, sigma_mm=sigma)
+
+
+def test_a_rounded_edge_that_the_generatrix_misses_is_no_burr() -> None:
+    def lift(z: Floats, _r: Floats, _angle: Floats) -> Floats:
+        return np.asarray(-0.4 * (np.abs(z - 10.0) < 0.25))
+
+    scan = scattered_scan("cylinder", lift, seed=22)
+    axis = exact_axis(scan)
+    smooth = fit_generatrix(
+        scattered_scan("cylinder", lambda z, _r, _a: 0.0 * z, seed=22).vertices_mm, scan.faces, axis
+    )
+    assert burrs_residual(scan.vertices_mm, scan.faces, axis, smooth) == ()
