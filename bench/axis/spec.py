@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from bench.axis.revolution import SHAPES, RevolutionScan, RidgeBurr, profile_of, revolution_scan
+from bench.burrs.scans import MIDDLE_RADIUS_MM, Disturbance, grid_scan
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT, build
 from burrscan.errors import InputError
@@ -72,6 +73,8 @@ class MeshSpec:
         Share of the vertices that are displaced by up to 20 mm.
     scale
         Multiplies everything, noise included.
+    grid_deg
+        Angle of the rows of vertices to the axis; without it they run along the axis, and along a burr.
     burr
         Ridges on it.
 
@@ -88,6 +91,7 @@ class MeshSpec:
     correlated_over: Annotated[int, Field(ge=1, le=99)] = 1
     outlier_share: Annotated[float, Field(ge=0.0, le=0.9)] = 0.0
     scale: Positive = 1.0
+    grid_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
     burr: tuple[RidgeSpec, ...] = ()
 
     @property
@@ -116,6 +120,8 @@ def mesh_from(document: Mapping[str, Any], *, source: str) -> MeshSpec:
         raise InputError(f"{source}: unknown shape '{spec.shape}': {suggest(spec.shape, list(SHAPES))}")
     if spec.generatrix is not None and len(spec.generatrix) < 2:
         raise InputError(f"{source}: a generatrix needs two points at least")
+    if spec.grid_deg is not None and (spec.scale != 1.0 or spec.correlated_over not in {1, 3}):
+        raise InputError(f"{source}: with grid_deg, scale must be 1 and correlated_over 1 or 3")
     return spec
 
 
@@ -129,6 +135,8 @@ def scanned(spec: MeshSpec, *, identity: tuple[int, ...]) -> RevolutionScan:
     burrs = tuple(
         RidgeBurr(b.angle_deg, b.height_mm, b.width_deg, b.z_start_mm, b.z_end_mm) for b in spec.burrs
     )
+    if spec.grid_deg is not None:
+        return _turned_grid(spec, spec.grid_deg, identity, burrs)
     return revolution_scan(
         spec.profile_zr_mm / spec.scale,
         arc_deg=spec.arc_deg,
@@ -139,4 +147,23 @@ def scanned(spec: MeshSpec, *, identity: tuple[int, ...]) -> RevolutionScan:
         burrs=burrs,
         scale=spec.scale,
         outlier_share=spec.outlier_share,
+    )
+
+
+def _turned_grid(
+    spec: MeshSpec, turn_deg: float, identity: tuple[int, ...], burrs: tuple[RidgeBurr, ...]
+) -> RevolutionScan:
+    """A square grid of about as many cells as the spec's rows and columns have, at an angle to the axis."""
+    outline = spec.profile_zr_mm
+    around_mm = float(np.radians(spec.arc_deg)) * MIDDLE_RADIUS_MM
+    along_mm = float(np.hypot(*np.diff(outline, axis=0).T).sum())
+    cells = (spec.around - 1) * (spec.along - 1)
+    return grid_scan(
+        outline,
+        turn_deg=turn_deg,
+        noise=Disturbance(spec.sigma_mm, spec.correlated_over > 1, spec.outlier_share),
+        seed=identity,
+        arc_deg=spec.arc_deg,
+        burrs=burrs,
+        spacing_mm=float(np.sqrt(around_mm * along_mm / cells)),
     )

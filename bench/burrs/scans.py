@@ -43,11 +43,11 @@ class Disturbance:
 
 
 def grid_scan(
-    profile: str = "stepped_wheel",
+    profile: str | Floats = "stepped_wheel",
     *,
     turn_deg: float,
     noise: Disturbance,
-    seed: int,
+    seed: int | tuple[int, ...],
     arc_deg: float = 140.0,
     burrs: tuple[RidgeBurr, ...] = (),
     spacing_mm: float = SPACING_MM,
@@ -57,7 +57,7 @@ def grid_scan(
     At 0 degrees every row of vertices meets a burr along the axis at the same places across it.
     """
     rng = np.random.default_rng(seed)
-    polyline = profile_of(profile)
+    polyline = profile_of(profile) if isinstance(profile, str) else profile
     length = float(np.hypot(*np.diff(polyline, axis=0).T).sum())
     extent = (np.radians(arc_deg) * MIDDLE_RADIUS_MM, length)
     around, along, shape = _grid(extent, np.radians(turn_deg), spacing_mm, rng)

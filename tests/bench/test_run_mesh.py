@@ -109,6 +109,22 @@ def test_the_hash_knows_the_mesh_and_errors_are_listed_at_once() -> None:
         mesh_from({"shape": "toros"}, source="test")
 
 
+def test_a_grid_may_stand_at_any_angle() -> None:
+    """As many triangles, the same surface; rows no longer run along the axis."""
+    for arc_deg in (60.0, 140.0):
+        spec = mesh_from({"arc_deg": arc_deg, "sigma_mm": 0.0, "grid_deg": 30.0, "burr": []}, source="test")
+        scan = scanned(spec, identity=(1, 2))
+        assert len(scan.faces) == pytest.approx(122_682, rel=0.02)
+        part = (scan.vertices_mm - scan.point_mm) @ scan.T_mesh_part[:3, :3]
+        z, r = part[:, 2], np.hypot(part[:, 0], part[:, 1])
+        assert np.abs(r - np.interp(z, [-30, -12, -12, 8, 8, 30], [80, 82, 90, 92, 100, 100])).max() < 10.0
+        assert np.ptp(np.degrees(np.arctan2(part[:, 1], part[:, 0]))) == pytest.approx(arc_deg, abs=0.5)
+        step = part[1] - part[0]
+        assert 0.2 < abs(step[2]) / np.linalg.norm(step) < 0.98
+    with pytest.raises(InputError, match="grid_deg"):
+        mesh_from({"grid_deg": 10.0, "scale": 2.0}, source="test")
+
+
 @pytest.mark.parametrize(
     ("line", "why"),
     [
