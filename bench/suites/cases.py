@@ -43,13 +43,14 @@ def expand(suite: Suite, *, seed: int = 0) -> tuple[Case, ...]:
         With everything that does not fit the scene.
 
     """
-    cases, problems = [], dict[str, None]()
+    cases, problems = [], dict[str, str]()
     for (point, names), case_seed in itertools.product(_points(suite), suite.seeds):
         try:
             cases.append(_case(suite, point, names, case_seed, seed))
         except InputError as error:
-            problems |= dict.fromkeys(problems_of(error))  # many cases share them
-    refuse(list(problems), suite.source)
+            for problem in problems_of(error):  # many cases share them, but for the value they have
+                problems.setdefault(problem.partition(" (got ")[0], problem)
+    refuse(list(problems.values()), suite.source)
     return tuple(cases)
 
 
@@ -124,13 +125,19 @@ def _labels(point: Mapping[str, Any]) -> dict[str, Any]:
 def _case(suite: Suite, point: Mapping[str, Any], names: Mapping[str, Any], seed: int, run_seed: int) -> Case:
     document = dict(suite.scene)
     for path, value in sorted(point.items(), key=lambda item: item[0].count(".")):  # tables, then their keys
-        document = override(document, path, value)
+        document = _override(document, path, value)
     identity = content_hash({"scene": document, "seed": seed, "run": run_seed})
     for path, (low, high) in suite.jitter.items():
         document = override(document, path, float(stream(identity, path).uniform(low, high)))
     parameters = {**names, "seed": seed}
     drawn = suite.random.draw if suite.random else ()
     return Case(_id(parameters, drawn), parameters, seed, document, HASHES[suite.source](document), identity)
+
+
+def _override(document: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
+    if path.startswith("burr.") and "burr" not in document:
+        raise InputError(f"'{path}': the scene has no burr of its own to set it in; give it a [[scene.burr]]")
+    return override(document, path, value)
 
 
 def _id(parameters: Mapping[str, Any], drawn: Collection[str]) -> str:

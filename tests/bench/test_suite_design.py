@@ -159,6 +159,16 @@ def test_a_drawn_path_that_no_scene_has_is_refused() -> None:
     assert "heigth_mm" in errors(random={"points": 2, "burr.heigth_mm": [1.0, 2.0]})
 
 
+def test_an_error_that_all_points_share_is_said_once() -> None:
+    message = errors(random={"points": 9, "burr.width_mm": [-2.0, -1.0]})
+    assert "1 problem(s)" in message
+    message = errors(
+        scene={"wheel": "paper", "finish": "matte"}, random={"points": 9, "burr.width_mm": [1.0, 2.0]}
+    )
+    assert "1 problem(s)" in message
+    assert "give it a [[scene.burr]]" in message
+
+
 def test_a_pipeline_sweep_makes_variants() -> None:
     swept = suite(
         variant=[{"name": "adaptive"}, {"name": "fixed", "scan": "fixed", "axis": "seed"}],
