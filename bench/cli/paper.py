@@ -16,11 +16,11 @@ def add(commands: Commands) -> None:
         "paper",
         main,
         summary="the seed paper claim by claim, on one page",
-        details="Renders scans of a wheel like the paper's, repeats each of its figures, tables and numbers\n"
-        "with its own method and with the default, and says which claims hold. What was measured is kept\n"
-        "beside the page, so that an interrupted run goes on where it was.",
-        examples="  burrscan paper\n  burrscan paper --only figure-10 --out landscape.html\n"
-        "  burrscan paper --quick --out quick.html",
+        details="Renders scans of a wheel like the paper's, repeats each of its figures, tables and "
+        "numbers\nwith its own method and with the default, and says which claims hold. What was measured "
+        "is kept\nbeside the page, so that an interrupted run goes on where it was.",
+        examples="  burrscan paper\n  burrscan paper --only figure-10 --out landscape.html\n  burrscan "
+        "paper --quick --out quick.html",
     )
     parser.add_argument(
         "--out", metavar="FILE", type=Path, default=Path("reports/paper.html"), help="the page"

@@ -8,12 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.axis.revolution import axis_angle_deg
-from bench.paper.drawing import Layer, dots, equal_axes, ring, spot
+from bench.paper.circles import picture, shown
 from bench.paper.lab import PIPELINES, Lab, Scanned
-from bench.paper.orientation import angles_of, sectioned
-from bench.paper.parts import Claim, Numbers, Picture, Section, Table, number
-from bench.paper.planes import GREEN, INK
-from bench.paper.shade import view_from
+from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.profile import find_axis_profile
 from burrscan.axis.seed import find_axis_seed, find_axis_seed_mended
@@ -36,7 +33,6 @@ NAMES = {
     "mended": "its idea mended (seed-mended)",
     "default": "default",
 }
-_SHOWN = 15_000
 
 
 def in_random_frames(scan: Scanned, method: Method, count: int) -> tuple[Floats, Floats]:
@@ -60,7 +56,7 @@ def measure(lab: Lab) -> Numbers:
             found |= {f"{name}_{key}_errors": errors, f"{name}_{key}_evaluations": evaluations}
         own = PIPELINES[name].axis.method
         axis = _median_axis(scan, METHODS[own if own == "seed" else "default"], lab.repeats(FRAMES))
-        found |= _shown(name, scan, axis)
+        found |= shown(name, scan, axis)
     return found
 
 
@@ -75,21 +71,6 @@ def _median_axis(scan: Scanned, method: Method, count: int) -> Floats:
     return np.asarray(found[int(np.argsort(errors)[len(errors) // 2])])
 
 
-def _shown(name: str, scan: Scanned, direction: Floats) -> dict[str, Floats]:
-    test = sectioned(scan.vertices_mm, scan.faces, angles_of(direction))
-    turned = scan.vertices_mm @ test.turn.T
-    middle = turned.mean(axis=0)
-    circles = test.good.copy()
-    circles[:, :3] -= middle
-    return {
-        f"{name}_mesh": (turned - middle)[:: max(len(turned) // _SHOWN, 1)].astype(np.float32),
-        f"{name}_sections": (test.points_mm - middle).astype(np.float32),
-        f"{name}_circles": circles,
-        f"{name}_off": np.asarray(scan.error_deg(direction)),
-        f"{name}_collinear": np.asarray(float(np.hypot(*np.std(circles[:, :2], axis=0)))),
-    }
-
-
 def draw(n: Numbers) -> Section:
     """Mesh, intersection points, circles and centres about the axis of each variant."""
     own = {"seed": "seed", "default": "default"}
@@ -101,21 +82,15 @@ def draw(n: Numbers) -> Section:
     return Section(
         title="Figure 6: the axis found",
         reports="The axis orientation is right after about 30 evaluations of f: estimated circles, "
-        "intersection "
-        "points and circle centres are shown; the centres lie on a line along the axis.",
+        "intersection points and circle centres are shown; the centres lie on a line along the axis.",
         measured=f"Seed: {evaluations[0]:.0f} evaluations (median), as the paper says, but the axis is off "
-        f"by "
-        f"{np.median(errors['seed']):.0f}° (median of {len(errors['seed'])} random frames; the paper's own "
-        f"frame is not "
-        f"known). On the default's better scan it is off by {np.median(seed_runs[1]):.0f}°. The picture "
-        f"shows the run "
-        "with the median error. The minimum of f is at the axis (figure 10), but it is narrower than the "
-        "step "
-        "of the forward differences, 30° and then 10°: with five halvings the descent stops on its slope, "
-        "and "
-        "the sparse start is in another basin as often as not. More starts help little, small steps help: "
-        f"the mended variant is off by {np.median(n['default_mended_errors']):.2f}°, the default by "
-        f"{np.median(errors['default']):.3f}°.",
+        f"by {np.median(errors['seed']):.0f}° (median of {len(errors['seed'])} random frames; the paper's "
+        "own frame is not known). On the default's better scan it is off by "
+        f"{np.median(seed_runs[1]):.0f}°. The picture shows the run with the median error. The minimum of f "
+        "is at the axis (figure 10), but it is narrower than the step of the forward differences, 30° and "
+        "then 10°: with five halvings the descent stops on its slope, and the sparse start is in another "
+        "basin as often as not. More starts help little, small steps help: the mended variant is off by "
+        f"{np.median(n['default_mended_errors']):.2f}°, the default by {np.median(errors['default']):.3f}°.",
         claims=(
             Claim("3.1", "the orientation takes about 30 evaluations of f", "about 30",
                   f"{evaluations[0]:.0f} (median)", f"{evaluations[1]:.0f}",
@@ -129,7 +104,7 @@ def draw(n: Numbers) -> Section:
             Claim("3.1", "Levenberg-Marquardt needs many more evaluations than steepest descent", "more",
                   f"{lm[0]:.0f} against {steep[0]:.0f}", "–", "yes" if lm[0] > steep[0] else "no"),
         ),
-        pictures=tuple(_picture(n, name) for name in PIPELINES),
+        pictures=tuple(picture(n, name, _title(n, name), name) for name in SIDES),
         tables=(_table(n),),
     )  # fmt: skip
 
@@ -153,32 +128,5 @@ def _table(n: Numbers) -> Table:
     return Table(heads, tuple(rows), "The same scans in random frames")
 
 
-def _picture(n: Numbers, name: str) -> Picture:
-    view = _facing(n[f"{name}_mesh"].astype(float))
-    mesh, points = (n[f"{name}_{key}"].astype(float) @ view[:2].T for key in ("mesh", "sections"))
-    circles = n[f"{name}_circles"]
-    rings = [np.column_stack([ring(c[:2], c[3]), np.full(120, c[2])]) @ view[:2].T for c in circles]
-    reach = [r for r, c in zip(rings, circles, strict=True) if c[3] < 2.0 * np.median(circles[:, 3])]
-    axes = equal_axes(np.concatenate([mesh, *reach]), "across, mm", "along the axis found, mm")
-    centres = circles[:, :3] @ view[:2].T
-    parts = [dots(axes, [Layer(mesh, INK), Layer(points, GREEN, 2)])]
-    parts += [axes.line(r, "circle") for r in rings] + [spot(axes, c, "centre", 3.6) for c in centres]
-    legend = ((INK, "mesh"), (GREEN, "intersection points"), ("#d62728", "circles"), ("#1463b5", "centres"))
-    title = (
-        f"Off by {number(n, f'{name}_off'):.3g}°; centres spread over {number(n, f'{name}_collinear'):.2g} mm"
-    )
-    return Picture(
-        title,
-        axes.svg(parts, "circles about the axis found"),
-        "seed" if name == "seed" else "default",
-        legend,
-    )
-
-
-def _facing(mesh: Floats) -> Floats:
-    """Seen along the chord of the arc's middle, well above."""
-    flat = mesh[:, :2]
-    spread = np.linalg.eigh(np.cov(flat.T))[1]
-    return view_from(
-        azimuth_deg=float(np.degrees(np.arctan2(spread[1, 0], spread[0, 0]))), elevation_deg=35.0
-    )
+def _title(n: Numbers, name: str) -> str:
+    return f"Off by {number(n, f'{name}_off'):.3g}°; centres spread over {number(n, f'{name}_spread'):.2g} mm"

@@ -50,6 +50,11 @@ def equal_axes(points: Floats, x_title: str, y_title: str, *, margin: float = 0.
     )
 
 
+def bulk(points: Floats, *, share: float = 0.005) -> Floats:
+    """Two corners around nearly all points (N, 2): strays are left out of a picture's frame."""
+    return np.quantile(points, [share, 1.0 - share], axis=0)
+
+
 def dots(axes: Axes, layers: Sequence[Layer]) -> Markup:
     """Many points as one picture, later layers on top."""
     height = round(RASTER * (axes.height - _ENDS) / (WIDTH - _SIDES))

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import Any, cast
 
 import numpy as np
 
@@ -142,6 +143,11 @@ class Lab:
                 np.savez(beside, **arrays)
         with np.load(path, allow_pickle=False) as stored:
             return dict(stored)
+
+    def of_section(self, name: str, module: ModuleType) -> Numbers:
+        """What a section measured, kept as long as neither the code nor the section changes."""
+        source = Path(str(module.__file__)).read_text("utf-8")
+        return self.kept(name, lambda: cast(Numbers, module.measure(self)), also=source)
 
     def scan(self, scene: str, method: str, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
         """One scan of a scene of the page (:mod:`bench.paper.scenery`) by a strategy."""

@@ -182,21 +182,17 @@ def draw(n: Numbers) -> Section:
     box, circle = (_margins(n, name) for name in SHOWN)
     return Section(
         title="Figure 10: the error over all orientations",
-        reports="With the bounding box of the circles' centres, local minima almost compete with the global "
-        "one; with the distances to the circles the global minimum is more pronounced and the local ones "
-        "less (section 5.1).",
-        measured=f"Every grid minimum is followed to its bottom. On our scans it is the other way round: the "
-        f"box "
-        f"of the centres is right, {box} times better than the next minimum (seed, default scan, default "
-        f"scan with 1 mm of noise); the distances have margins of {circle}. The circles' distance has one "
-        f"weakness: "
-        "it averages over all intersection points, the rejected ones too. Where a plane meets two radii, or "
-        "the "
-        f"scan holds strays, the error at the true axis grows "
-        f"({number(n, 'seed_circle_distance_at_truth'):.2f} mm on "
-        f"the seed's scan) above that of a wrong one ({n['seed_circle_distance_values'][0]:.2f} mm). The "
-        f"default counts "
-        "normals that miss the axis and has a single minimum.",
+        reports="With the bounding box of the circles' centres, local minima almost compete with the "
+        "global one; with the distances to the circles the global minimum is more pronounced and the local "
+        "ones less (section 5.1).",
+        measured="Every grid minimum is followed to its bottom. On our scans it is the other way round: "
+        f"the box of the centres is right, {box} times better than the next minimum (seed, default scan, "
+        f"default scan with 1 mm of noise); the distances have margins of {circle}. The circles' distance "
+        "has one weakness: it averages over all intersection points, the rejected ones too. Where a plane "
+        "meets two radii, or the scan holds strays, the error at the true axis grows "
+        f"({number(n, 'seed_circle_distance_at_truth'):.2f} mm on the seed's scan) above that of a wrong "
+        f"one ({n['seed_circle_distance_values'][0]:.2f} mm). The default counts normals that miss the axis "
+        "and has a single minimum.",
         claims=_claims(n),
         pictures=tuple(pictures),
         tables=(Table(heads, tuple(rows)),),
@@ -247,8 +243,7 @@ def _ours(n: Numbers, scan: str, name: str) -> str:
     key = f"{scan}_{name}"
     return (
         f"best off by {n[f'{key}_errors_deg'][0]:.1f}°, next {_ratio(number(n, f'{key}_margin'))} times "
-        f"worse, "
-        f"{number(n, f'{key}_count'):.0f} minima"
+        f"worse, {number(n, f'{key}_count'):.0f} minima"
     )
 
 

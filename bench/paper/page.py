@@ -11,7 +11,7 @@ import jinja2
 
 from bench.paper.lab import Lab
 from bench.paper.parts import Claim, Section
-from bench.paper.sections import NAMES, maker
+from bench.paper.sections import NAMES, module_of
 from bench.run.provenance import git_state, machine
 from burrscan.files import written_whole
 
@@ -46,13 +46,11 @@ def build_paper(lab: Lab, page: Path, *, only: Sequence[str] = (), tell: Tell = 
         For a section that does not exist.
 
     """
-    makers = [maker(name) for name in only or NAMES]
+    modules = {name: module_of(name) for name in only or NAMES}
     placed = []
-    for made in makers:
-        tell(made.name)
-        source = Path(made.source).read_text("utf-8")
-        numbers = lab.kept(made.name, lambda made=made: made.measure(lab), also=source)  # type: ignore[misc]
-        placed.append(Placed(made.name, made.draw(numbers)))
+    for name, module in modules.items():
+        tell(name)
+        placed.append(Placed(name, module.draw(lab.of_section(name, module))))
     with written_whole(page) as beside:
         beside.write_text(_rendered(placed, lab), "utf-8")
     return page

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 Numbers = Mapping[str, NDArray[Any]]
 """What a section measured: named arrays, numbers as arrays without a dimension."""
 Verdict = Literal["yes", "partly", "no"]
+Side = Literal["seed", "default"]
+SIDES: tuple[Side, ...] = ("seed", "default")
+"""The two columns of the page."""
 Variant = Literal["seed", "default", ""]
 
 
@@ -93,7 +96,7 @@ def number(numbers: Numbers, key: str) -> float:
     return float(numbers[key])
 
 
-def both(say: Callable[[Literal["seed", "default"]], str]) -> tuple[str, str]:
+def both(say: Callable[[Side], str]) -> tuple[str, str]:
     """What there is to say of each variant."""
     return say("seed"), say("default")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.paper.drawing import Layer, dots, equal_axes
+from bench.paper.drawing import Layer, bulk, dots, equal_axes
 from bench.paper.lab import PIPELINES, Lab
 from bench.paper.orientation import PLANES, angles_of, sectioned
 from bench.paper.parts import Claim, Numbers, Picture, Section, both, number
@@ -43,13 +43,11 @@ def draw(n: Numbers) -> Section:
     return Section(
         title="Figure 4: the test of one orientation",
         reports="P + 1 = 11 planes perpendicular to the orientation are spread evenly over the mesh; the "
-        "first "
-        "and the last meet it in one vertex only, so P − 1 = 9 sections are sectioned. The mean corner of "
-        "each "
-        "intersected triangle stands for the intersection, and about P √T triangles are intersected.",
-        measured=f"At the true orientation {number(n, 'seed_met'):.0f} and {number(n, 'default_met'):.0f} of "
-        f"the "
-        "9 planes meet the mesh; a plane may miss where the scan has no data. Intersected: "
+        "first and the last meet it in one vertex only, so P − 1 = 9 sections are sectioned. The mean "
+        "corner of each intersected triangle stands for the intersection, and about P √T triangles are "
+        "intersected.",
+        measured=f"At the true orientation {number(n, 'seed_met'):.0f} and {number(n, 'default_met'):.0f} "
+        "of the 9 planes meet the mesh; a plane may miss where the scan has no data. Intersected: "
         f"{ours[0]} (seed), {ours[1]} (default); P √T would be {cut['seed']:.1%} and {cut['default']:.1%}.",
         claims=(
             Claim("3.2, figure 4", "P √T triangles are intersected by P planes",
@@ -71,7 +69,7 @@ def _picture(n: Numbers, name: str) -> Picture:
     view = _facing(mesh)
     corners = _corners(n[f"{name}_height"], mesh)
     flat = [corner @ view[:2].T for corner in corners]
-    axes = equal_axes(np.concatenate([mesh @ view[:2].T, *flat]), "across, mm", "along the axis, mm")
+    axes = equal_axes(np.concatenate([bulk(mesh @ view[:2].T), *flat]), "across, mm", "along the axis, mm")
     planes = [axes.line(outline, "plane") for outline in flat]
     layers = [Layer(mesh @ view[:2].T, INK), Layer(points @ view[:2].T, GREEN, 2)]
     legend = ((INK, "mesh"), (GREEN, "intersection points"), ("#1463b5", "planes"))
@@ -90,6 +88,6 @@ def _facing(mesh: Floats) -> Floats:
 
 def _corners(heights: Floats, mesh: Floats) -> list[Floats]:
     """Closed outlines of the planes, a little larger than the mesh."""
-    low, high = mesh[:, :2].min(axis=0) - 6.0, mesh[:, :2].max(axis=0) + 6.0
+    low, high = bulk(mesh[:, :2]) + np.array([[-6.0], [6.0]])
     square = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]], low])
     return [np.column_stack([square, np.full(5, z)]) for z in heights]

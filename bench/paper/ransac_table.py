@@ -74,17 +74,13 @@ def draw(n: Numbers) -> Section:
     return Section(
         title="The RANSAC table",
         reports="Tolerances of 2.5 to 0.21 mm reject 6 to 61 % of the intersection points, so N = 3 to 73 "
-        "samples "
-        "are needed for 99 % confidence; the noise is about 1 mm, so 5 samples will do at 1 mm.",
+        "samples are needed for 99 % confidence; the noise is about 1 mm, so 5 samples will do at 1 mm.",
         measured=f"The formula gives N = {', '.join(map(str, formula))} for the printed shares, and the "
-        f"paper's N within "
-        "their rounding. Our scans are cleaner: at 0.21 mm "
-        f"{n['seed_plain'][-1]:.0%} (seed) and {n['default_plain'][-1]:.1%} (default) are rejected. The "
-        f"paper's "
-        f"shares stand for Gaussian noise of {implied[-1]:.2f} to {implied[2]:.2f} mm and some 6 % of "
-        f"outliers. With "
+        f"paper's N within their rounding. Our scans are cleaner: at 0.21 mm {n['seed_plain'][-1]:.0%} "
+        f"(seed) and {n['default_plain'][-1]:.1%} (default) are rejected. The paper's shares stand for "
+        f"Gaussian noise of {implied[-1]:.2f} to {implied[2]:.2f} mm and some 6 % of outliers. With "
         f"{PAPER_MM} mm of noise added to the default scan the shares come within {gap * 100:.0f} points of "
-        f"the paper's.",
+        "the paper's.",
         claims=(
             Claim("3.2, table", "rejected 6, 8, 16, 46, 61 % need N = 3, 4, 6, 28, 73", "3, 4, 6, 28, 73",
                   f"{spans} (shares are printed in whole per cent)", "–", "yes" if fits else "no"),

@@ -65,17 +65,14 @@ def draw(n: Numbers) -> Section:
     naive, even, ours = (number(n, f"{k}_unevenness") for k in ("naive", "uniform", "default"))
     return Section(
         title="Figure 5: sampling orientations",
-        reports="Angles picked evenly crowd at the poles; φ = cos⁻¹(2j/n − 1) puts the same number of points "
-        "in "
-        "every area. n = 3 gives 9 evaluations.",
-        measured=f"In 8 bands of equal area the fullest has {naive:.1f} times the emptiest with even angles, "
-        f"{even:.2f} times with the paper's rule (n = {SHOWN}). But at n = 3 the rule visits one pole three "
-        f"times "
-        f"and never the other: {number(n, 'uniform_distinct'):.0f} distinct axes of 9, and the worst placed "
-        f"axis is "
-        f"{number(n, 'uniform_farthest'):.0f}° from the nearest of them. The default starts from 120 "
-        f"directions of a "
-        f"spiral, never more than {number(n, 'default_farthest'):.0f}° away.",
+        reports="Angles picked evenly crowd at the poles; φ = cos⁻¹(2j/n − 1) puts the same number of "
+        "points in every area. n = 3 gives 9 evaluations.",
+        measured=f"In 8 bands of equal area the fullest has {naive:.1f} times the emptiest with even "
+        f"angles, {even:.2f} times with the paper's rule (n = {SHOWN}). But at n = 3 the rule visits one "
+        f"pole three times and never the other: {number(n, 'uniform_distinct'):.0f} distinct axes of 9, and "
+        f"the worst placed axis is {number(n, 'uniform_farthest'):.0f}° from the nearest of them. The "
+        "default starts from 120 directions of a spiral, never more than "
+        f"{number(n, 'default_farthest'):.0f}° away.",
         claims=(
             Claim("3.1, figure 5", "φ = cos⁻¹(2j/n − 1) samples the sphere evenly", "even",
                   f"fullest over emptiest band {even:.2f} (naive: "

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from types import ModuleType
 
-from bench.paper.lab import Lab
-from bench.paper.parts import Numbers, Section
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
@@ -16,24 +13,17 @@ MODULES: dict[str, str] = {
     "figure-5": "bench.paper.sampling",
     "figure-6": "bench.paper.axis_found",
     "ransac-table": "bench.paper.ransac_table",
+    "figure-7": "bench.paper.burr_angle",
+    "section-4": "bench.paper.burr_ransac",
+    "figure-9": "bench.paper.wrong_minima",
     "figure-10": "bench.paper.landscape",
 }
 """What ``burrscan paper --only`` takes, and who makes it."""
 NAMES = tuple(MODULES)
 
 
-@dataclass(frozen=True)
-class Maker:
-    """A section's two halves, and the source that a kept measurement belongs to."""
-
-    name: str
-    measure: Callable[[Lab], Numbers]
-    draw: Callable[[Numbers], Section]
-    source: str
-
-
-def maker(name: str) -> Maker:
-    """A section by its short name.
+def module_of(name: str) -> ModuleType:
+    """A section's module by its short name; it has ``measure(lab)`` and ``draw(numbers)``.
 
     Raises
     ------
@@ -43,5 +33,4 @@ def maker(name: str) -> Maker:
     """
     if name not in MODULES:
         raise InputError(f"the page has no section '{name}': {suggest(name, list(NAMES))}")
-    module = importlib.import_module(MODULES[name])
-    return Maker(name, module.measure, module.draw, str(module.__file__))
+    return importlib.import_module(MODULES[name])

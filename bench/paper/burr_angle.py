@@ -1,0 +1,209 @@
+"""Figures 7 and 8: where each circle is left the farthest, the burr's angle, and the plane through it."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+
+from bench.paper.drawing import Layer, bulk, dots, equal_axes, ring, spot
+from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.orientation import angles_of, sectioned
+from bench.paper.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number, verdict
+from bench.paper.planes import GREEN, INK
+from bench.paper.shade import view_from
+from burrscan.arrays import Floats
+from burrscan.pipeline import inspect_surface
+
+TRUE_DEG = 10.0
+"""Of the burr that faces the scanner (scene ``seam``)."""
+WITHIN_DEG = 5.0
+_SHOWN = 12_000
+_OWN, _TRUE = "own", "true"
+
+
+def turn_apart(first: Floats, second: float) -> Floats:
+    """Angles between directions in degrees, the short way round."""
+    return np.asarray(np.abs((first - second + 180.0) % 360.0 - 180.0))
+
+
+def farthest(scan: Scanned, direction: Floats) -> tuple[Floats, Floats, Floats]:
+    """Per circle the point left the farthest and the centre, (C, 3) in the true part frame; and the gap."""
+    test = sectioned(scan.vertices_mm, scan.faces, angles_of(direction))
+    T = scan.arrays["T_part_camera"]
+    to_part = T[:3, :3] @ test.turn.T
+    points, centres, gaps = [], [], []
+    for plane in np.unique(test.plane):
+        circle = test.circles[plane]
+        if not np.isfinite(circle[3]):
+            continue
+        bag = test.points_mm[test.plane == plane]
+        distance = np.hypot(*(bag[:, :2] - circle[:2]).T) - circle[3]
+        far = int(np.argmax(np.abs(distance)))
+        points.append(bag[far])
+        centres.append(circle[:3])
+        gaps.append(distance[far])
+    return (
+        np.array(points) @ to_part.T + T[:3, 3],
+        np.array(centres) @ to_part.T + T[:3, 3],
+        np.array(gaps),
+    )
+
+
+def mean_angle(angles_deg: Floats) -> float:
+    """Mean of directions."""
+    return float(np.degrees(np.angle(np.exp(1j * np.radians(angles_deg)).sum())))
+
+
+def agreeing(angles_deg: Floats, *, within_deg: float = WITHIN_DEG) -> Floats:
+    """The largest company of angles within t of one of them (RANSAC with every circle tried)."""
+    companies = [turn_apart(angles_deg, float(angle)) < within_deg for angle in angles_deg]
+    return np.asarray(max(companies, key=lambda company: int(company.sum())))
+
+
+def measure(lab: Lab) -> Numbers:
+    """Rays and burr angles about the axis each variant found, and about the true one."""
+    found: dict[str, Floats] = {}
+    for name, scan in lab.pair("wheel").items():
+        seen = inspect_surface(scan.vertices_mm, scan.faces, PIPELINES[name], sigma_mm=scan.sigma_mm)
+        for axis, direction in ((_OWN, seen.axis.direction), (_TRUE, scan.direction)):
+            points, centres, gaps = farthest(scan, direction)
+            angles = np.degrees(np.arctan2(points[:, 1] - centres[:, 1], points[:, 0] - centres[:, 0]))
+            key = f"{name}_{axis}"
+            found |= {f"{key}_points": points, f"{key}_centres": centres, f"{key}_gaps": gaps,
+                      f"{key}_angles": angles, f"{key}_agree": agreeing(angles)}  # fmt: skip
+        T = scan.arrays["T_part_camera"]
+        places = np.array([(T @ burr.T_mesh_burr)[:3, 3] for burr in seen.burrs if burr.significance > 3.0])
+        found |= {
+            f"{name}_mesh": scan.part_mm[:: max(len(scan.part_mm) // _SHOWN, 1)].astype(np.float32),
+            f"{name}_burrs": places.reshape(-1, 3),
+            f"{name}_off": np.asarray(scan.error_deg(seen.axis.direction)),
+        }
+    return found
+
+
+def draw(n: Numbers) -> Section:
+    """Rays seen along the axis and obliquely, the burr plane, for the own and the true axis."""
+    return Section(
+        title="Figures 7 and 8: rays to the largest distances, and the burr",
+        reports="On each circle the point farthest from it is taken; the rays to these points all indicate "
+        "the burr, and the mean of their angles, less the outliers, is its angle. A plane through axis and "
+        "burr cuts the mesh there.",
+        measured=_words(n),
+        claims=(
+            Claim("4, figure 7", "the rays all indicate the burr", "all", *both(lambda v: _shares(n, v)),
+                  verdict([_most(n, f"{v}_{_OWN}") for v in PIPELINES]),
+                  "" if _most(n, f"seed_{_OWN}") else _why(n)),
+            Claim("4, figure 8", "the mean of the agreeing angles is the burr's", "right to the eye",
+                  *both(lambda v: f"off by {_error(n, f'{v}_{_OWN}'):.2f}°; about the true axis "
+                        f"{_error(n, f'{v}_{_TRUE}'):.2f}°"),
+                  verdict([_error(n, f"{v}_{_OWN}") < 2.0 for v in PIPELINES]),
+                  "" if _error(n, f"seed_{_OWN}") < 2.0 else "as above"),
+        ),
+        pictures=tuple(p for v in SIDES for p in _pictures(n, v)),
+        tables=(_table(n),),
+    )  # fmt: skip
+
+
+def _words(n: Numbers) -> str:
+    own = [_right(n, f"{v}_{_OWN}") for v in SIDES]
+    true = [_right(n, f"{v}_{_TRUE}") for v in SIDES]
+    return (
+        f"On the default's scan, about its own axis, {own[1]} rays point within {WITHIN_DEG:.0f}° of the "
+        f"burr, and the agreed angle is off by {_error(n, f'default_{_OWN}'):.2f}°: the idea works. The "
+        f"seed's axis is {number(n, 'seed_off'):.0f}° off on its scan, and {own[0]} rays point at the burr; "
+        f"about the true axis {true[0]} do. {_why(n)}. The default looks at every point's distance to the "
+        "generatrix, not at one point per circle."
+    )
+
+
+def _why(n: Numbers) -> str:
+    if _most(n, f"seed_{_TRUE}"):
+        return (
+            "With a wrong axis the circles are oblique cuts across the wheel; about the true one they serve"
+        )
+    return (
+        "The farthest points of the seed's scan are strays and the ends of the arc, not the burr: one bad "
+        "point per circle decides"
+    )
+
+
+def _right(n: Numbers, key: str) -> str:
+    angles = n[f"{key}_angles"]
+    return f"{int((turn_apart(angles, TRUE_DEG) < WITHIN_DEG).sum())} of {len(angles)}"
+
+
+def _most(n: Numbers, key: str) -> bool:
+    return bool(np.mean(turn_apart(n[f"{key}_angles"], TRUE_DEG) < WITHIN_DEG) >= 0.75)
+
+
+def _shares(n: Numbers, variant: str) -> str:
+    return f"{_right(n, f'{variant}_{_OWN}')}; about the true axis {_right(n, f'{variant}_{_TRUE}')}"
+
+
+def _error(n: Numbers, key: str) -> float:
+    agree = n[f"{key}_agree"].astype(bool)
+    return float(turn_apart(np.array([mean_angle(n[f"{key}_angles"][agree])]), TRUE_DEG)[0])
+
+
+def _pictures(n: Numbers, variant: Side) -> list[Picture]:
+    own, true = f"{variant}_{_OWN}", f"{variant}_{_TRUE}"
+    off = f"{number(n, f'{variant}_off'):.3g}°"
+    legend = (
+        (INK, "mesh"),
+        ("var(--v0)", "rays to the farthest points"),
+        (GREEN, "true burr"),
+        ("#1463b5", "centres"),
+    )
+    return [
+        Picture(f"Along the axis: rays about the axis found ({off} "
+        f"off)", _along(n, variant, own), variant, legend),
+        Picture("The same about the true axis", _along(n, variant, true), variant, legend),
+        Picture("Axis and burr plane (about the true axis)", _plane(n, variant, true), variant,
+                ((INK, "mesh"), ("#1463b5", "axis and burr plane"), ("var(--v0)", "farthest points"))),
+    ]  # fmt: skip
+
+
+def _along(n: Numbers, variant: str, key: str) -> Markup:
+    mesh = n[f"{variant}_mesh"].astype(float)[:, :2]
+    points, centres = n[f"{key}_points"][:, :2], n[f"{key}_centres"][:, :2]
+    true = np.radians(TRUE_DEG)
+    frame = np.concatenate([bulk(mesh), np.zeros((1, 2)), 110.0 * ring(np.zeros(2), 1.0)[:1]])
+    axes = equal_axes(frame, "x of the part, mm", "y of the part, mm")
+    burr = np.array([[0.0, 0.0], [112.0 * np.cos(true), 112.0 * np.sin(true)]])
+    rays = [axes.line(np.stack([c, p]), "ray") for c, p in zip(centres, points, strict=True)]
+    parts = [dots(axes, [Layer(mesh, INK)]), axes.line(burr, "true-ray"), *rays]
+    return axes.svg([*parts, *(spot(axes, c, "centre", 3.2) for c in centres)], "rays to the farthest points")
+
+
+def _plane(n: Numbers, variant: str, key: str) -> Markup:
+    angles, agree = n[f"{key}_angles"], n[f"{key}_agree"].astype(bool)
+    angle = np.radians(mean_angle(angles[agree]))
+    view = view_from(azimuth_deg=float(np.degrees(angle)) - 50.0, elevation_deg=24.0)
+    mesh = n[f"{variant}_mesh"].astype(float)
+    low, high = float(mesh[:, 2].min()) - 8.0, float(mesh[:, 2].max()) + 8.0
+    out = 118.0 * np.array([np.cos(angle), np.sin(angle)])
+    sheet = np.array([[0, 0, low], [*out, low], [*out, high], [0, 0, high], [0, 0, low]])
+    flat, cover = mesh @ view[:2].T, sheet @ view[:2].T
+    axes = equal_axes(np.concatenate([bulk(flat), cover]), "across, mm", "up, mm")
+    line = np.array([[0, 0, low - 6.0], [0, 0, high + 6.0]]) @ view[:2].T
+    far = n[f"{key}_points"] @ view[:2].T
+    parts = [dots(axes, [Layer(flat, INK)]), axes.line(cover, "plane"), axes.line(line, "axis-line")]
+    return axes.svg([*parts, *(spot(axes, p, "far", 3.4) for p in far)], "axis and burr plane")
+
+
+def _table(n: Numbers) -> Table:
+    rows = []
+    for variant in PIPELINES:
+        for axis, title in ((_OWN, "axis found"), (_TRUE, "true axis")):
+            key = f"{variant}_{axis}"
+            gaps = np.abs(n[f"{key}_gaps"])
+            rows.append(
+                (
+                    f"{variant} scan, {title}",
+                    _right(n, key),
+                    f"{_error(n, key):.2f}°",
+                    f"{np.median(gaps):.2f} mm",
+                )
+            )
+    heads = ("scan, about", f"rays within {WITHIN_DEG:.0f}°", "angle off by", "median largest distance")
+    return Table(heads, tuple(rows))
