@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import tomllib
 from collections.abc import Mapping
@@ -60,12 +61,19 @@ def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
 
     """
     try:
-        return pydantic.TypeAdapter(cls).validate_python(document)
+        adapter: pydantic.TypeAdapter[T] = _adapter(cls)  # type: ignore[arg-type]  # mypy: a class is no Hashable
+        return adapter.validate_python(document)
     except pydantic.ValidationError as error:
         lines = [_line(cls, item) for item in error.errors()]
         raise InputError(
             f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  {s}" for s in lines)
         ) from error
+
+
+@functools.cache
+def _adapter(cls: Any) -> pydantic.TypeAdapter[Any]:
+    """Made once per class: making one takes much longer than using it."""
+    return pydantic.TypeAdapter(cls)
 
 
 def _line(cls: type[Any], error: Any) -> str:
