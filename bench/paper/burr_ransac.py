@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bench.axis.revolution import RidgeBurr, revolution_scan
+from bench.paper.drawing import chart
 from bench.paper.lab import Lab
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
 from burrscan.arrays import Floats
