@@ -15,8 +15,8 @@ from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
-_STRETCH_MM = 3.0
-"""Least length over which a height is stated."""
+_STRETCH = 6.0
+"""Least length over which a height is stated, in spacings of the vertices."""
 _LEAST_SIGNIFICANCE = 4.0
 _STEEPEST = 3.6
 """Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
@@ -134,7 +134,7 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
 
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
-    most, sigma = height_of(frame.patch, ridge, least_mm=max(_STRETCH_MM, 4.0 * field.spacing_mm))
+    most, sigma = height_of(frame.patch, ridge, least_mm=_STRETCH * field.spacing_mm)
     height = Value(most, float(np.hypot(sigma, site.shared_share * ridge.open_mm)))
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))

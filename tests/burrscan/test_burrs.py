@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import norm
 
 from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
+from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs import burrs_residual, burrs_seed
@@ -300,3 +301,15 @@ def test_a_rounded_edge_that_the_generatrix_misses_is_no_burr() -> None:
         scattered_scan("cylinder", lambda z, _r, _a: 0.0 * z, seed=22).vertices_mm, scan.faces, axis
     )
     assert burrs_residual(scan.vertices_mm, scan.faces, axis, smooth) == ()
+
+
+@pytest.mark.parametrize("scale", [0.005, 50.0])
+def test_a_burr_scales_with_the_part(scale: float) -> None:
+    scan = revolution_scan(sigma_mm=0.05, shape=(242, 96), burrs=(RidgeBurr(width_deg=2.0),), seed=4)
+    (burr,) = inspect_mesh(scan.vertices_mm, scan.faces).burrs
+    (other,) = inspect_mesh(scale * scan.vertices_mm, scan.faces).burrs
+    assert other.angle_deg.value == pytest.approx(burr.angle_deg.value, abs=1e-6)
+    for name in ("height_mm", "width_mm", "length_mm"):
+        one, scaled = getattr(burr, name), getattr(other, name)
+        assert scaled.value == pytest.approx(scale * one.value, rel=1e-6)
+        assert scaled.sigma == pytest.approx(scale * one.sigma, rel=1e-4)
