@@ -19,8 +19,10 @@ Marks = tuple[tuple[float, str], ...]
 """Places on an axis and what is written there."""
 
 WIDTH = 380.0
+_DIGITS = ((1, 2, 5), (1, 1.5, 2, 3, 4, 6, 8), tuple(digit / 10 for digit in range(10, 100)))
+_MOST_MARKS = 9
 _FINEST = 0.15  # of a picture unit: a straight line this near to a curve cannot be told from it
-_LEFT, _RIGHT, _TOP, _BOTTOM = 44.0, 14.0, 8.0, 36.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 14.0, 8.0, 36.0
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ class Axes:
     def _titles(self) -> Markup:
         middle = self.height - _BOTTOM - self._inner_height / 2
         x_title = self.text((_LEFT + WIDTH - _RIGHT) / 2, self.height - 6, self.x_title, "title x")
-        y_title = Markup('<text class="title x" transform="translate(11 {y:.1f}) rotate(-90)">{t}</text>')
+        y_title = Markup('<text class="title x" transform="translate(10 {y:.1f}) rotate(-90)">{t}</text>')
         return x_title + y_title.format(y=middle, t=self.y_title)
 
 
@@ -153,10 +155,15 @@ def _round_marks(ends: tuple[float, float]) -> Marks:
 
 
 def log_marks(low: float, high: float) -> Marks:
-    """Ticks at 1, 2, 5 times powers of ten, on an axis of common logarithms from ``low`` to ``high``."""
+    """Round sizes on a common logarithmic axis from ``low`` to ``high``; 1, 2, 5 where these are enough."""
     powers = range(math.floor(low), math.ceil(high) + 1)
-    sizes = [digit * 10.0**power for power in powers for digit in (1.0, 2.0, 5.0)]
-    return tuple((math.log10(size), f"{size:g}") for size in sizes if low <= math.log10(size) <= high)
+    marks: Marks = ()
+    for digits in _DIGITS:
+        sizes = [digit * 10.0**power for power in powers for digit in digits]
+        marks = tuple((math.log10(size), f"{size:g}") for size in sizes if low <= math.log10(size) <= high)
+        if len(marks) > 2:
+            break
+    return marks[:: math.ceil(len(marks) / _MOST_MARKS)]
 
 
 def ticks(low: float, high: float, about: int = 5) -> list[float]:

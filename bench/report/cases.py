@@ -133,7 +133,7 @@ def command(run: Run, case: str) -> str:
 def _suite_argument(run: Run) -> str:
     """The suite as it was named when the run was begun: a name, or a path."""
     for session in run.manifest["sessions"]:
-        words = session["command"]
+        words = session.get("command", [])
         if words[1:2] == ["run"] and len(words) > 2 and not words[2].startswith("-"):
             return str(words[2])
     return run.suite.name

@@ -14,6 +14,7 @@ from bench.compare.text import SIGNS, number, p_value
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0
 _TICKS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+_ROOM = {1: 22.0, 2: 28.0, 3: 34.0, 4: 40.0}  # that a tick's text needs, by its length
 _LEAST = 4.0  # margins that the axis shows on each side, at least
 _MOST = 1000.0
 
@@ -50,9 +51,10 @@ class Forest:
 
 
 def forest(arm: ArmComparison) -> Forest:
-    """Lay out a comparison, gated metrics first."""
+    """Lay out a comparison, gated metrics first; those that no case has are left out."""
     reach = _reach(arm.rows)
-    rows = sorted(arm.rows, key=lambda row: not row.gated)
+    known = [row for row in arm.rows if row.verdict == "not comparable" or not math.isnan(row.difference)]
+    rows = sorted(known, key=lambda row: not row.gated)
     return Forest(arm.base, arm.new, _axis(reach), tuple(_row(row, reach) for row in rows))
 
 
@@ -80,7 +82,14 @@ def _row(row: Row, reach: float) -> ForestRow:
 
 def shown(value: float, unit: str, *, sign: bool = False) -> str:
     """A value as text with a true minus, shares in per cent."""
-    return number(value, unit, sign=sign).replace("-", "−")
+    return signed(number(value, unit), sign=sign)
+
+
+def signed(text: str, *, sign: bool) -> str:
+    """A number's text with a true minus, a plus where signs are wanted; nought has neither."""
+    if not any(digit in "123456789" for digit in text):
+        return text.removeprefix("-") if any(letter.isdigit() for letter in text) else text
+    return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
 
 
 def shown_unit(unit: str) -> str:
@@ -126,7 +135,7 @@ def _axis(reach: float) -> Markup:
     for tick in _TICKS:
         if tick > reach:
             break
-        if place(tick, reach) - place(last, reach) > 24.0:
+        if place(tick, reach) - place(last, reach) > _ROOM[len(f"{tick:g}")]:
             words += [
                 _label(place(s * tick, reach), f"{'+' if s > 0 else '−'}{tick:g}", "tick x") for s in (1, -1)
             ]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from bench.compare.margins import margin_of
-from bench.report.forest import shown, shown_unit
+from bench.report.forest import shown, shown_unit, signed
 from bench.report.sides import Panel
 from bench.run import Record
 from bench.score.metrics import metric_named
@@ -20,6 +20,7 @@ from bench.suites.cases import POINT
 
 _MOST_VALUES = 8  # of a number; more are put into groups of equal size
 _GROUPS = 5
+_BESIDE = 2  # sides that are shown beside each other; more are shown one at a time
 _DARKEST = 0.62
 _SATURATED = 30.0  # margins at which a difference has its full colour
 _NOT_SWEPT = {"seed", POINT}
@@ -51,19 +52,23 @@ class HeatTable:
 
 
 @dataclass(frozen=True)
-class HeatPair:
-    """All metrics over one pair of parameters, or over one parameter."""
+class HeatView:
+    """All metrics over one pair of parameters, or over one parameter: what is shown at a time."""
 
+    title: str
     down: str
     across: str
     tables: tuple[HeatTable, ...]
 
 
-def heat_pairs(panel: Panel, metrics: Sequence[str]) -> tuple[HeatPair, ...]:
+def heat_views(panel: Panel, metrics: Sequence[str]) -> tuple[HeatView, ...]:
     """Every pair of swept parameters, all others averaged over. O(pairs × metrics × cases)."""
     groups = {name: group for name, group in _groupings(panel.records).items() if len(group.names) > 1}
     pairs: list[tuple[str, ...]] = list(itertools.combinations(groups, 2)) or [(name,) for name in groups]
-    return tuple(_pair(panel, metrics, pair, groups) for pair in pairs)
+    if panel.paired or len(panel.sides) <= _BESIDE:
+        return tuple(_view(panel, metrics, pair, groups) for pair in pairs)
+    alone = [replace(panel, sides=(side,)) for side in panel.sides]
+    return tuple(_view(one, metrics, pair, groups, one.sides[0].label) for pair in pairs for one in alone)
 
 
 @dataclass(frozen=True)
@@ -88,9 +93,9 @@ def _grouping(values: Sequence[Any]) -> _Grouping:
     return _Grouping(names, lambda v: names[int(np.searchsorted(edges[1:-1], v, side="right"))])
 
 
-def _pair(
-    panel: Panel, metrics: Sequence[str], pair: tuple[str, ...], groups: Mapping[str, _Grouping]
-) -> HeatPair:
+def _view(
+    panel: Panel, metrics: Sequence[str], pair: tuple[str, ...], groups: Mapping[str, _Grouping], of: str = ""
+) -> HeatView:
     down, across = pair[0], pair[1] if len(pair) > 1 else ""
     keys = [(a, b) for a in groups[down].names for b in (groups[across].names if across else ("",))]
 
@@ -99,7 +104,9 @@ def _pair(
         return groups[down].of(record.parameters[down]), second
 
     make = _differences if panel.paired else _values
-    return HeatPair(down, across, tuple(table for name in metrics for table in make(panel, name, keys, key)))
+    title = " × ".join(pair) + (f" · {of}" if of else "")
+    tables = tuple(table for name in metrics for table in make(panel, name, keys, key))
+    return HeatView(title, down, across, tables)
 
 
 def _values(panel: Panel, name: str, keys: Sequence[Key], key: Callable[[Record], Key]) -> list[HeatTable]:
@@ -173,17 +180,10 @@ def _cell(
 def _text(value: float, unit: str, *, sign: bool) -> str:
     """Three digits do in a cell."""
     if unit == "1" and math.isfinite(value):
-        return _signed(f"{100.0 * value:.1f}", sign=sign)
+        return signed(f"{100.0 * value:.1f}", sign=sign)
     if math.isfinite(value) and unit not in {"1", "count"}:
-        return _signed(f"{value:.3f}", sign=sign)
+        return signed(f"{value:.3f}", sign=sign)
     return shown(value, unit, sign=sign)
-
-
-def _signed(text: str, *, sign: bool) -> str:
-    """A true minus, a plus where signs are wanted; nought has neither."""
-    if not any(digit in "123456789" for digit in text):
-        return text.removeprefix("-")
-    return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
 
 
 def _table(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
-from bench.report.heat import heat_pairs
+from bench.report.heat import heat_views
 from bench.report.pod import pod_charts
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
@@ -30,6 +29,8 @@ from burrscan.files import written_whole
 
 MOST_PICTURED = 6
 """Cases shown with pictures; all of them stand in the table."""
+
+_MOST_LOOKS = 12  # looks of one side at one case: what keeps the page small
 
 
 def build_report(run_dir: Path) -> Path:
@@ -88,16 +89,24 @@ def _template() -> jinja2.Template:
 def _run_content(run: Run) -> dict[str, Any]:
     panel = Panel("", sides_of(run), _arms(run))
     margins = {name: margin for name, margin in gates_of(run.suite, {}).items() if name != FAILURES}
-    sentences = summary.verdict(run.records, [side.variant for side in panel.sides]) if run.records else ()
+    most = min(MOST_PICTURED, max(_MOST_LOOKS // len(panel.sides), 2))
     return {
         "kicker": "run",
         "title": run.suite.title or run.suite.name,
         "description": run.suite.description,
-        "sentences": sentences,
+        "sentences": _sentences(run, panel),
         "state": "plain",
         "differs": {},
-        **_content(run, [("", run)], (panel,), worst_of(panel, margins, MOST_PICTURED)),
+        **_content(run, [("", run)], (panel,), worst_of(panel, margins, most)),
     }
+
+
+def _sentences(run: Run, panel: Panel) -> tuple[str, ...]:
+    if not run.records:
+        return ()
+    if len(panel.arms) > 1:
+        return (summary.ranking(panel.arms),)
+    return (summary.verdict(run.records, [side.variant for side in panel.sides]),)
 
 
 def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str, Any]:
@@ -161,7 +170,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "arms": panel.arms,
         "score": summary.score_rows(parts, names),
         "pod": pod_charts(panel),
-        "heat": heat_pairs(panel, names),
+        "heat": heat_views(panel, names),
         "budget": stage_budget(panel),
         "times": summary.time_rows(parts),
         "index": _index(panel, anchors),
@@ -196,8 +205,7 @@ def _index(panel: Panel, anchors: Mapping[tuple[int, str], str]) -> dict[str, An
     """A line per case: its parameters, each side's key figures, a link where there are pictures."""
     there = summary.true_burrs(panel.records)
     known = {record.case: record for record in panel.records}
-    scanned = any("coverage" in r.metrics and not math.isnan(r.metrics["coverage"]) for r in panel.records)
-    heads = ("coverage, %",) * scanned + ("axis, deg", "burrs", "false calls")
+    heads = ("coverage, %",) * summary.scanned(panel.records) + ("axis, deg", "burrs", "false calls")
     lines = [
         {
             "anchor": anchors.get((id(panel), case), ""),

@@ -17,6 +17,7 @@ from burrscan.arrays import Floats
 
 _MODELS: tuple[Model, ...] = ("hit/miss", "signal")
 _TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured height"}
+_MOST_BANDS = 3
 _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
 
 
@@ -84,21 +85,24 @@ def pod_picture(found: Sequence[tuple[str, Detection]], label: str) -> Markup:
         _SHARES,
     )
     parts = [axes.line(np.array([[low, 90.0], [high, 90.0]]), "zero")]
-    for shift, (css, item) in enumerate(found):
-        parts.append(_drawn(axes, css, item, (shift - (len(found) - 1) / 2) * 0.012 * (high - low)))
+    busy = len(found) > _MOST_BANDS
+    for number, (css, item) in enumerate(found):
+        shift = (number - (len(found) - 1) / 2) * 0.012 * (high - low)
+        parts.append(_drawn(axes, css, item, shift, busy=busy))
     return axes.svg(parts, label)
 
 
-def _drawn(axes: Axes, css: str, item: Detection, shift: float) -> Markup:
-    parts = [_curve(axes, item.curve)] if item.curve else []
-    for share in (share for share in item.shares if share.size > 0.0):
+def _drawn(axes: Axes, css: str, item: Detection, shift: float, *, busy: bool) -> Markup:
+    """One side; where there are many, their curves alone."""
+    parts = [_curve(axes, item.curve, busy=busy)] if item.curve else []
+    for share in (share for share in item.shares if share.size > 0.0 and not busy):
         x = math.log10(share.size) + shift
         parts.append(axes.line(100.0 * np.array([[x / 100.0, share.low], [x / 100.0, share.high]]), "bound"))
         parts.append(axes.dot(x, 100.0 * share.hits / share.trials, "share", 3.2))
     return Markup('<g class="{}">{}</g>').format(css, Markup("").join(parts))
 
 
-def _curve(axes: Axes, fit: PodCurve) -> Markup:
+def _curve(axes: Axes, fit: PodCurve, *, busy: bool) -> Markup:
     x = np.log10(np.maximum(fit.size, 1e-12))
     marks = [
         axes.dot(math.log10(size), 90.0, css, 4.5)
@@ -106,7 +110,8 @@ def _curve(axes: Axes, fit: PodCurve) -> Markup:
         if math.isfinite(size) and size > 0.0 and axes.x[0] <= math.log10(size) <= axes.x[1]
     ]
     band = np.concatenate([_points(x, fit.low), _points(x, fit.high)[::-1]])
-    return Markup("").join([axes.area(band, "band"), axes.line(_points(x, fit.pod), "curve"), *marks])
+    shade = Markup("") if busy else axes.area(band, "band")
+    return Markup("").join([shade, axes.line(_points(x, fit.pod), "curve"), *marks])
 
 
 def _points(x: Floats, pod: Floats) -> Floats:
@@ -119,18 +124,22 @@ def _row(css: str, label: str, item: Detection) -> PodRow:
     if fit and fit.pod[-1] < fit.pod[0]:
         fit, why_not = None, "larger burrs were found less often than smaller ones: there is no size to state"
     hits, trials = sum(s.hits for s in item.shares), sum(s.trials for s in item.shares)
-    interval = f"{low:.2g} to {high:.2g}" if math.isfinite(low) and math.isfinite(high) else ""
+    interval = f"{_digits(low)} to {_digits(high)}" if math.isfinite(low) and math.isfinite(high) else ""
     return PodRow(
         label,
         css,
-        f"{hits} of {trials}",
+        f"{hits}/{trials}",
         _size(fit.a50) if fit else "–",
         _size(fit.a90) if fit else "–",
         ("not shown" if math.isinf(fit.a90_95) else _size(fit.a90_95)) if fit else "–",
-        f"{item.false_calls_per_wheel:.2g}" if item.wheels else "–",
+        _digits(item.false_calls_per_wheel) if item.wheels else "–",
         interval,
         why_not,
     )
+
+
+def _digits(value: float) -> str:
+    return f"{value:.2f}" if value < 10.0 else f"{value:.0f}"
 
 
 def _size(value: float) -> str:

@@ -80,7 +80,7 @@ class Panel:
 def sides_of(run: Run) -> tuple[Side, ...]:
     """Every variant of a run."""
     return tuple(
-        Side(variant.name, f"v{number % 6}", run, variant.name)
+        Side(variant.name, f"v{number % 9}", run, variant.name)
         for number, variant in enumerate(run.suite.variant)
     )
 

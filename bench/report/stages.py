@@ -84,9 +84,14 @@ def _bar(
         side.css,
         shown(row.left["none"], unit),
         shown(row.left[last], unit),
-        tuple(shown(cost.get(stage, math.nan), unit, sign=True) for stage in stages),
+        tuple(_cost(cost.get(stage, math.nan), unit) for stage in stages),
         _picture(cost, stages, reach),
     )
+
+
+def _cost(value: float, unit: str) -> str:
+    text = shown(value, unit, sign=True)
+    return text if any(digit in "123456789–∞" for digit in text) else "0"
 
 
 def _picture(cost: Mapping[str, float], stages: Sequence[str], reach: float) -> Markup:

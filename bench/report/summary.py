@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.compare.result import ArmComparison
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
 from bench.score.summary import summarise, value_of
@@ -110,12 +111,29 @@ def true_burrs(records: Iterable[Record]) -> dict[str, int]:
     return there
 
 
-def verdict(records: Sequence[Record], variants: Sequence[str]) -> tuple[str, ...]:
-    """The run in plain sentences: each variant against the first one, on the cases that both have."""
+def verdict(records: Sequence[Record], variants: Sequence[str]) -> str:
+    """The run in one plain sentence: the second variant beside the first, on the cases that both have."""
     first, *others = variants
     if not others:
-        return (_alone(of_variant(records, first), first),)
-    return tuple(_against(records, first, other) for other in others)
+        return _alone(of_variant(records, first), first)
+    return _against(records, first, others[0])
+
+
+def ranking(arms: Sequence[ArmComparison]) -> str:
+    """Several variants against the first in one sentence: how many gated metrics went which way."""
+    words = []
+    for arm in arms:
+        verdicts = [row.verdict for row in arm.rows if row.gated]
+        counts = [f"{verdicts.count(word)} {word}" for word in ("better", "worse") if word in verdicts]
+        words.append(f"{arm.new} {' and '.join(counts) or 'none better or worse'}")
+    return f"Gated metrics beside {arms[0].base}: {', '.join(words)}."
+
+
+def scanned(records: Iterable[Record]) -> bool:
+    """Whether there was a scan: a mesh that nobody scanned has no coverage."""
+    return any(
+        not math.isnan(record.metrics.get("coverage", math.nan)) for record in records if not record.failure
+    )
 
 
 def _alone(records: Sequence[Record], name: str) -> str:
@@ -123,7 +141,7 @@ def _alone(records: Sequence[Record], name: str) -> str:
     covered = summarise("coverage", records)
     measured = (
         f"has its axis within {number(summarise('axis_deg', records), 'deg')} deg in the median case"
-        if math.isnan(covered)
+        if not scanned(records)
         else f"measures {_percent(covered)} of the measurable pixels"
     )
     burrs = f" and finds {found} of {there} burrs" if there else ""
@@ -141,7 +159,7 @@ def _against(records: Sequence[Record], first: str, other: str) -> str:
 
 
 def _accuracy_phrase(ours: Sequence[Record], theirs: Sequence[Record], name: str, other: str) -> str:
-    if math.isnan(summarise("coverage", ours)):
+    if not scanned(ours):
         axes = [f"{number(summarise('axis_deg', part), 'deg')} deg" for part in (ours, theirs)]
         return f"{name} has its axis within {axes[0]} in the median case ({other}: {axes[1]})"
     points = (summarise("coverage", ours) - summarise("coverage", theirs)) * 100
