@@ -13,12 +13,18 @@ MODULES: dict[str, str] = {
     "figure-5": "bench.paper.sampling",
     "figure-6": "bench.paper.axis_found",
     "ransac-table": "bench.paper.ransac_table",
+    "cost": "bench.paper.cost",
+    "simplification": "bench.paper.simplification",
     "figure-7": "bench.paper.burr_angle",
     "section-4": "bench.paper.burr_ransac",
+    "section-5": "bench.paper.speed_accuracy",
     "figure-9": "bench.paper.wrong_minima",
     "figure-10": "bench.paper.landscape",
+    "figure-11": "bench.paper.generatrix_band",
+    "rivals": "bench.paper.rivals",
+    "future-work": "bench.paper.multiview",
 }
-"""What ``burrscan paper --only`` takes, and who makes it."""
+"""What ``burrscan paper --only`` takes, and who makes it; figures 7 and 8 are one section."""
 NAMES = tuple(MODULES)
 
 
