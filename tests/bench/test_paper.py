@@ -102,8 +102,8 @@ def test_what_was_measured_is_kept_for_the_next_run(tmp_path: Path) -> None:
 
 
 def test_an_unknown_section_is_refused_with_the_nearest_name(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="did you mean 'figure-10'"):
-        build_paper(Lab(tmp_path, quick=True, code="test"), tmp_path / "page.html", only=["figure-1o"])
+    with pytest.raises(InputError, match="did you mean 'section-5'"):
+        build_paper(Lab(tmp_path, quick=True, code="test"), tmp_path / "page.html", only=["sektion-5"])
 
 
 def test_the_page_is_one_file_with_its_claims(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
