@@ -1,0 +1,44 @@
+// What a page shows: the body of a function that runs in it (tests/bench/test_report_browser.py).
+const size = box => box.getBoundingClientRect();
+for (const one of document.querySelectorAll("details")) one.open = true;
+for (const one of document.querySelectorAll(".heat")) one.hidden = false;
+const broken = [];
+await Promise.all([...document.images].map(image => image.decode().catch(() => broken.push(image.alt))));
+const boxes = [...document.querySelectorAll("figure img, figure svg, .forest svg, .stagebar, .solid")];
+const shown = boxes.filter(box => !box.hidden);
+const scrolls = box => ["auto", "scroll"].includes(getComputedStyle(box).overflowX);
+const inside = box => box && (scrolls(box) || inside(box.parentElement));
+const edge = document.documentElement.clientWidth + 0.5;
+const out = [...document.querySelectorAll("main *:not(svg *)")].filter(box => size(box).right > edge);
+const names = box => box.tagName + "." + box.className + " " + box.textContent.slice(0, 40);
+const found = {
+  width: innerWidth,
+  figures: shown.length,
+  empty: shown.filter(box => size(box).width < 8 || size(box).height < 8).map(names),
+  out: out.filter(box => !inside(box)).map(names),
+  overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  parts: Object.fromEntries([...document.querySelectorAll("#verdict, section")].map(one => [one.id,
+    { height: size(one).height, words: one.innerText.length, pictures: one.querySelectorAll("svg, img").length }])),
+  verdict: document.querySelector("#verdict").innerText,
+  commands: [...document.querySelectorAll(".case .command code")].map(one => one.textContent),
+  cases: document.querySelectorAll(".case").length,
+  loaded: performance.getEntriesByType("resource").map(one => one.name).filter(name => !name.startsWith("data:")),
+  webgl: !!document.createElement("canvas").getContext("webgl"),
+};
+const solid = document.querySelector(".solid"), view = solid.view;
+const pixels = () => {
+  view.draw();
+  const { width, height } = view.canvas, data = new Uint8Array(4 * width * height);
+  view.gl.readPixels(0, 0, width, height, view.gl.RGBA, view.gl.UNSIGNED_BYTE, data);
+  return data;
+};
+const turned = async () => {
+  await view.start();
+  const before = pixels();
+  solid.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  const after = pixels();
+  return { drawn: before.filter((v, k) => k % 4 === 3 && v > 0).length / (before.length / 4),
+    changed: before.filter((v, k) => v !== after[k]).length };
+};
+found.turned = found.webgl ? await turned().catch(error => ({ error: String(error) })) : null;
+return { ...found, errors: failures, broken };
