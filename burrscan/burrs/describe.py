@@ -10,7 +10,8 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
-from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, height_of
+from burrscan.burrs.narrow import STEEPEST
+from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, height_of, misfit_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
@@ -18,8 +19,6 @@ _ELONGATED = 1.3
 _STRETCH = 6.0
 """Least length over which a height is stated, in spacings of the vertices."""
 _LEAST_SIGNIFICANCE = 4.0
-_STEEPEST = 3.6
-"""Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
 _NO_TRIANGLE = 0.02
 """Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
 _SAME_RADIUS = 0.03
@@ -85,7 +84,7 @@ def _credible(ridge: Ridge) -> bool:
     """Whether the ridge rises out of the noise, is known at all, and is no spike."""
     known = ridge.height_mm > 2.0 * ridge.sigma_of([1, 0, 0, 0, 0])
     clear = ridge.height_mm > _LEAST_SIGNIFICANCE * ridge.noise_mm
-    return known and clear and ridge.height_mm < _STEEPEST * ridge.width_mm
+    return known and clear and ridge.height_mm < STEEPEST * ridge.width_mm
 
 
 def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Frame, Ridge | None]:
@@ -98,7 +97,7 @@ def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Fram
         return frame, ridge
     other = _framed(field, site, lift, weight, np.full(len(local), mean))
     wedge = _ridge(field, site, other)
-    if wedge is not None and (ridge is None or wedge.misfit < ridge.misfit):
+    if wedge is not None and (ridge is None or misfit_of(other.patch, wedge) < misfit_of(frame.patch, ridge)):
         return other, wedge
     return frame, ridge
 

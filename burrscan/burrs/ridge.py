@@ -14,6 +14,7 @@ from numba import njit
 from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.burrs.narrow import REACH, Crossed, posterior_of
 
 _STEPS = 25
 _HUBER = 3.0
@@ -21,20 +22,17 @@ _BETTER = 10.0
 """Drop of the weighted sum of squares that a richer cross-section must bring (about BIC)."""
 _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
-_CLEARLY_WORSE = 8.0
-"""Rise of the weighted sum of squares that rules a width out."""
-_FEW_WIDTHS = 8
-"""Widths tried first; all of a finer grid where these leave the width open."""
 _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
 _TELLS_SHAPES = 1.5
 """Half-width, in vertex spacings, from which other cross-sections than the triangle are tried."""
+_LONG = 3.0
+"""Length, in vertex spacings, from which a burr tells its direction."""
 _ALIKE = 0.01
 """Heights along a burr are alike unless chance gives such differences more rarely than this."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
-_HELD = np.array([True, True, True, False, False])
 _ALL = np.ones(5, dtype=np.bool_)
 
 
@@ -135,8 +133,8 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
     Notes
     -----
     Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths; then the simplest
-    cross-section that no richer one beats clearly. Where two or three vertices across leave a trade between
-    height and width open, the mean over the widths that explain the data. O(N) per step.
+    cross-section that no richer one beats clearly. Where few vertices lie across, the mean of what explains
+    them. O(N) per step.
 
     """
     inside = _between(patch, start)
@@ -221,7 +219,7 @@ def _fitted(
 ) -> Ridge:
     """Levenberg-Marquardt over the free parameters; the slope only where the burr is long enough for one."""
     free = free.copy()
-    free[2] &= bool(np.ptp(patch.u_mm) >= 3.0 * spacing)
+    free[2] &= bool(np.ptp(patch.u_mm) >= _LONG * spacing)
     parameters, chi2, normal = _descend(
         patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, start.copy(), power, free, 0.35 * spacing
     )
@@ -332,87 +330,36 @@ def _descend(
     return p, chi2, normal
 
 
-def _at_width(patch: Patch, ridge: Ridge, half: float) -> Ridge:
-    """The best ridge of a given half-width."""
-    start = ridge.parameters.copy()
-    start[0], start[3] = start[0] * start[3] / half, half
-    return _fitted(patch, start, ridge.power, _HELD, (ridge.start_mm, ridge.end_mm), half)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _over_widths(
-    u: Floats, v: Floats, lift: Floats, sigma: Floats, start: Floats, power: int, free: Bools, halves: Floats
-) -> tuple[Floats, Floats]:
-    """Chi-square and parameters of the best ridge of every half-width."""
-    chi2, every = np.empty(len(halves)), np.empty((len(halves), 5))
-    middle = int(np.argmin(np.abs(halves - start[3])))
-    for way in (1, -1):
-        # Each width starts from its neighbour's solution: the trade between height and width is followed.
-        p = start.copy()
-        i = middle
-        while 0 <= i < len(halves):
-            p = p.copy()
-            p[0], p[3] = p[0] * p[3] / halves[i], halves[i]
-            p, chi2[i], _normal = _descend(u, v, lift, sigma, p, power, free, halves[i])
-            every[i] = p
-            i += way
-    return chi2, every
-
-
-def _determined(ridge: Ridge, halves: Floats, chi2: Floats) -> bool:
-    """Whether the data refuse a burr narrower or wider by a fifth."""
-    limit = ridge.chi2 + _CLEARLY_WORSE * max(1.0, ridge.misfit)
-    half = float(ridge.parameters[3])
-    far = (halves < 0.8 * half) | (halves > 1.25 * half)
-    return bool((chi2[far] > limit).all())
-
-
-def _with_width_sigma(patch: Patch, ridge: Ridge) -> Ridge:
-    """The covariance from finite differences over the width.
-
-    Where the base ends at a vertex the derivative jumps, and the normal matrix says anything.
-    """
-    half = float(ridge.parameters[3])
-    step = 0.05 * half
-    narrow, held, wide = (_at_width(patch, ridge, half + i * step) for i in (-1, 0, 1))
-    rise = max(0.5 * (narrow.chi2 + wide.chi2) - held.chi2, 1e-9) / max(1.0, ridge.misfit)
-    slope = (wide.parameters - narrow.parameters) / (2.0 * step)
-    covariance = ridge.covariance.copy()
-    covariance[:4, :4] = (held.covariance + np.outer(slope, slope) * step**2 / rise)[:4, :4]
-    return replace(ridge, covariance=covariance)
-
-
 def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
-    """A ridge of few vertices across; where they leave its width open, of the mean half-width.
-
-    Two vertices on a burr, with none at their sides, are explained equally well by widths from half a vertex
-    spacing to one and a half, at heights from one and a half times theirs to infinity. The weights are even
-    in height, place and width (which leaves a factor of the width once the first two are integrated out), and
-    a burr is held to be as high as its base is wide within a factor e. The covariance shows what stays open.
-    """
-    half, extent = float(ridge.parameters[3]), (ridge.start_mm, ridge.end_mm)
-    widest = max(2.0, 2.0 * half / spacing)
-    off = np.abs(patch.v_mm - ridge.parameters[1] - ridge.parameters[2] * patch.u_mm)
-    patch = _part(patch, off < (widest + 0.5) * spacing)
-    ridge = _fitted(patch, ridge.parameters, 1, _SYMMETRIC, extent, spacing)
-    for halves in (np.geomspace(0.4, widest, _FEW_WIDTHS) * spacing, np.arange(0.4, widest, 0.1) * spacing):
-        chi2, every = _over_widths(
-            patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, ridge.parameters, 1, _HELD, halves
-        )
-        other = _fitted(patch, every[int(np.argmin(chi2))], 1, _SYMMETRIC, extent, spacing)
-        ridge = other if other.chi2 < ridge.chi2 else ridge
-        if not _determined(ridge, halves, chi2):
-            continue
-        # Three vertices across cannot tell one cross-section from another.
-        many = float(ridge.parameters[3]) > _TELLS_SHAPES * spacing
-        richer = _richest(patch, ridge, spacing) if many else ridge
-        return _with_width_sigma(patch, ridge) if richer is ridge else richer
-    aspect = np.log((every[:, 0] / (2.0 * halves)).clip(1e-6))
-    weight = halves * np.exp(-0.5 * ((chi2 - chi2.min()) / max(1.0, ridge.misfit) + aspect**2))
-    weight /= weight.sum()
-    middle = _at_width(patch, ridge, float(weight @ halves))
-    off = every - middle.parameters
-    return replace(middle, covariance=middle.covariance + off.T @ (weight[:, None] * off))
+    """A ridge of few vertices across: see :mod:`burrscan.burrs.narrow`."""
+    _, centre, slope, _, _ = ridge.parameters
+    near = _part(patch, np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
+    slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing) if len(near.u_mm) else False
+    found = posterior_of(
+        Crossed(near.u_mm, near.v_mm, near.lift_mm, near.sigma_mm),
+        ridge.parameters[:4],
+        spacing_mm=spacing,
+        slanted=slanted,
+    )
+    if found is None:
+        return ridge
+    covariance = np.zeros((5, 5))
+    covariance[:4, :4] = found.covariance
+    count = max(len(near.u_mm), 1)
+    summed = replace(
+        ridge,
+        parameters=np.append(found.mean, 0.0),
+        covariance=covariance,
+        chi2=found.chi2,
+        noise_mm=found.noise_mm,
+        misfit=found.chi2 / count,
+    )
+    # Three vertices across cannot tell one cross-section from another.
+    if found.mean[3] < _TELLS_SHAPES * spacing:
+        return summed
+    fitted = _fitted(near, summed.parameters, 1, _SYMMETRIC, (ridge.start_mm, ridge.end_mm), spacing)
+    richer = _richest(near, fitted, spacing)
+    return summed if richer is fitted else richer
 
 
 def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
@@ -439,6 +386,14 @@ def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
         u[last] + 0.5 * min(u[last + 1] - u[last], spacing) if last + 1 < len(u) else u[last] + 0.25 * spacing
     )
     return float(low), float(high)
+
+
+def misfit_of(patch: Patch, ridge: Ridge) -> float:
+    """Robust weighted square per vertex of a patch, on the burr and off it."""
+    on = (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
+    model = np.where(on, ridge.height_mm * ridge.shape(patch), 0.0)
+    z = np.abs(patch.lift_mm - model) / patch.sigma_mm
+    return float(np.mean(np.where(z > _HUBER, 2.0 * _HUBER * z - _HUBER**2, z * z)))
 
 
 def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:

@@ -1,0 +1,262 @@
+"""A ridge that few vertices cross: its height, place and width integrated over, not descended to.
+
+Two columns of vertices on a burr carry two numbers, and height, place and width are three unknowns: what is
+left is a curve of solutions. And where a base ends at a vertex, chi-square has a kink at which descents get
+stuck. So the posterior is summed over a grid of widths, and for each of places of its own, that zooms to
+where the mass is: for vertices askew to the burr that is a point, for columns along it a curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Floats, Ints
+
+_PLACES, _WIDTHS = 41, 33
+_PASSES = 16
+_MASS = 25.0
+"""Chi-square above the least at which what is left of the posterior does not count."""
+_NARROWEST, _WIDEST = 0.4, 3.0
+"""Half-widths of the base, in vertex spacings."""
+_REACH = 1.25
+"""How far the crest may lie from where it was first seen, in vertex spacings."""
+REACH = _WIDEST + _REACH
+"""Vertices farther than this from where the crest was first seen tell nothing, in vertex spacings."""
+_SETTLED = 0.6
+"""A stretch of places, or of widths, is fine enough where the mass fills this share of it."""
+_HUBER = 3.0
+STEEPEST = 3.6
+"""Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
+_WITHIN_E = 1.0
+"""How far, in logarithms, a height is from its base's width."""
+_FEWEST = 5
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """Vertices around a burr: (N,) along it, across it, height, and noise, all in mm."""
+
+    u_mm: Floats
+    v_mm: Floats
+    lift_mm: Floats
+    sigma_mm: Floats
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What vertices say of a triangular ridge.
+
+    Parameters
+    ----------
+    mean
+        (4,) height, mm, position across at u = 0, mm, its change with u, and half-width, mm. Height and width
+        are geometric means.
+    covariance
+        (4, 4) of those.
+    chi2
+        Least weighted sum of squares.
+    noise_mm
+        Standard deviation of the height, all else known.
+
+    """
+
+    mean: Floats
+    covariance: Floats
+    chi2: float
+    noise_mm: float
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Half-widths (W,) and for each the places (W, P); a row is evenly spaced, the widths in logarithms."""
+
+    half_mm: Floats
+    place_mm: Floats
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """Per node of a grid: least chi-square, height, turn against the slope, information of the height."""
+
+    chi2: Floats
+    height_mm: Floats
+    turn: Floats
+    information: Floats
+
+
+def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted: bool) -> Posterior | None:
+    """Sum the posterior of a triangular ridge; None where none rises that a scanner would see.
+
+    Parameters
+    ----------
+    crossed
+        The vertices.
+    start
+        (4,) height, position, change with u, half-width of a first guess.
+    spacing_mm
+        Distance between neighbouring vertices.
+    slanted
+        Whether the burr is long enough to tell its direction.
+
+    Notes
+    -----
+    Prior: even in place and in the logarithms of height and width, but for a height that is the base's width
+    within a factor e (one sigma), and no spike. The height is integrated out; the direction is the best for
+    each place and width. Outliers count with Huber's weights. O(N log N) for each of a few passes: sums over
+    the flanks are differences of running sums.
+
+    """
+    grid = _first(float(start[1]), spacing_mm)
+    model, result = start, None
+    for _ in range(_PASSES):
+        weight = _weights(crossed, model)
+        slope = float(model[2])
+        nodes = _Nodes(*_matched(*_running(crossed, weight, slope), grid.half_mm, grid.place_mm, slanted))
+        if not np.isfinite(nodes.chi2).any():
+            return result
+        i, j = np.unravel_index(int(np.argmin(nodes.chi2)), nodes.chi2.shape)
+        model = np.array(
+            [nodes.height_mm[i, j], grid.place_mm[i, j], slope + nodes.turn[i, j], grid.half_mm[i]]
+        )
+        misfit = max(1.0, float(nodes.chi2[i, j]) / max(len(weight) - _FEWEST, 1))
+        result = _summed(grid, nodes, slope, misfit)
+        finer = _zoomed(grid, nodes.chi2 / misfit)
+        if finer is None:
+            break
+        grid = finer
+    return result
+
+
+def _first(middle: float, spacing: float) -> _Grid:
+    half = spacing * np.geomspace(_NARROWEST, _WIDEST, _WIDTHS)
+    return _Grid(half, np.tile(middle + spacing * np.linspace(-_REACH, _REACH, _PLACES), (_WIDTHS, 1)))
+
+
+def _weights(crossed: Crossed, model: Floats) -> Floats:
+    """Huber's weights over the variance."""
+    height, centre, slope, half = model
+    off = np.abs(crossed.v_mm - centre - slope * crossed.u_mm) / half
+    residual = np.abs(crossed.lift_mm - height * np.clip(1.0 - off, 0.0, None))
+    huber = np.minimum(1.0, _HUBER * crossed.sigma_mm / np.maximum(residual, 1e-300))
+    return np.asarray(huber / crossed.sigma_mm**2)
+
+
+def _running(crossed: Crossed, weight: Floats, slope: float) -> tuple[Floats, Floats, float]:
+    """Places across in order, running sums of what the flanks need, and the sum of squares of all lifts."""
+    v = crossed.v_mm - slope * crossed.u_mm
+    order = np.argsort(v, kind="stable")
+    v, u, y, w = v[order], crossed.u_mm[order], crossed.lift_mm[order], weight[order]
+    terms = np.stack([w, w * v, w * v * v, w * y, w * y * v, w * u, w * u * v, w * u * u, w * u * y], axis=1)
+    sums = np.zeros((len(v) + 1, terms.shape[1]))
+    np.cumsum(terms, axis=0, out=sums[1:])
+    return v, sums, float(w @ (y * y))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _matched(
+    v: Floats,
+    sums: Floats,
+    square: float,
+    halves: Floats,
+    places: Floats,
+    slanted: bool,  # noqa: FBT001 (numba takes no keywords only)
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Least squares of height and turn at every node; an infinite chi-square where nothing rises."""
+    shape = places.shape
+    chi2, height = np.full(shape, np.inf), np.zeros(shape)
+    turn, information = np.zeros(shape), np.zeros(shape)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            w, c = halves[i], places[i, j]
+            first, crest, last = np.searchsorted(v, np.array([c - w, c, c + w]))
+            hh, hk, kk, hy, ky = 0.0, 0.0, 0.0, 0.0, 0.0
+            for side in range(2):
+                s = sums[crest] - sums[first] if side == 0 else sums[last] - sums[crest]
+                b = 1.0 / w if side == 0 else -1.0 / w
+                a = 1.0 - b * c
+                hh += a * a * s[0] + 2.0 * a * b * s[1] + b * b * s[2]
+                hy += a * s[3] + b * s[4]
+                hk -= b * (a * s[5] + b * s[6])
+                kk += b * b * s[7]
+                ky -= b * s[8]
+            information[i, j] = hh
+            determinant = hh * kk - hk * hk
+            if slanted and determinant > 1e-9 * hh * kk:
+                h, k = (kk * hy - hk * ky) / determinant, (hh * ky - hk * hy) / determinant
+            else:
+                h, k = hy / max(hh, 1e-300), 0.0
+            if h > 0.0 and hh > 0.0:
+                chi2[i, j] = max(square - h * hy - k * ky, 0.0)
+                height[i, j], turn[i, j] = h, k / h
+    return chi2, height, turn, information
+
+
+def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterior | None:
+    """Means and covariance over the nodes, with what each leaves open of its height; None for spikes."""
+    halves = np.broadcast_to(grid.half_mm[:, None], nodes.chi2.shape)
+    some = np.isfinite(nodes.chi2) & (nodes.height_mm < 2.0 * STEEPEST * halves)
+    if not some.any():
+        return None
+    least, information = float(nodes.chi2[some].min()), nodes.information[some]
+    h, c = nodes.height_mm[some], grid.place_mm[some]
+    half = halves[some]
+    step = np.broadcast_to(np.ptp(grid.place_mm, axis=1)[:, None], some.shape)[some]
+    aspect = np.log(h / (2.0 * half)) / _WITHIN_E
+    mass = (
+        np.exp(-0.5 * ((nodes.chi2[some] - least) / misfit + aspect**2)) * step / (h * np.sqrt(information))
+    )
+    mass /= mass.sum()
+    values = np.stack([np.log(h), c, slope + nodes.turn[some], np.log(half)])
+    mean = values @ mass
+    off = values - mean[:, None]
+    covariance = (mass * off) @ off.T
+    covariance[0, 0] += float(mass @ (misfit / (information * h**2)))
+    mean[[0, 3]] = np.exp(mean[[0, 3]])
+    scale = np.array([mean[0], 1.0, 1.0, mean[3]])
+    noise = float(np.sqrt(misfit / information[int(np.argmin(nodes.chi2[some]))]))
+    return Posterior(mean, covariance * np.outer(scale, scale), least, noise)
+
+
+def _zoomed(grid: _Grid, chi2: Floats) -> _Grid | None:
+    """A finer grid around the mass; None where this one is fine enough.
+
+    Places first: only where those are fine is the least chi-square of every width known.
+    """
+    rows = chi2.min(axis=1)
+    low, high, filled = _hull(chi2, rows)
+    first, last, share = (x[0] for x in _hull(rows[None, :], rows.min(keepdims=True)))
+    if (filled[first : last + 1] < _SETTLED).any():
+        number = np.arange(len(rows))
+        return _Grid(grid.half_mm, _spread(grid.place_mm[number, low], grid.place_mm[number, high]))
+    if share >= _SETTLED:
+        return None
+    half = np.geomspace(grid.half_mm[first], grid.half_mm[last], len(rows))
+    before = np.clip(np.searchsorted(grid.half_mm, half, side="right") - 1, 0, len(rows) - 2)
+    lowest, highest = grid.place_mm[:, 0], grid.place_mm[:, -1]
+    return _Grid(
+        half,
+        _spread(
+            np.minimum(lowest[before], lowest[before + 1]), np.maximum(highest[before], highest[before + 1])
+        ),
+    )
+
+
+def _spread(low: Floats, high: Floats) -> Floats:
+    return np.asarray(np.linspace(low, high, _PLACES, axis=1))
+
+
+def _hull(chi2: Floats, least: Floats) -> tuple[Ints, Ints, Floats]:
+    """Per row the node before the first of the mass, the one after its last, and the share between.
+
+    A grid that is coarse misses the least: what the next node is higher by is allowed for.
+    """
+    number, count = np.arange(len(chi2)), chi2.shape[1]
+    best = np.argmin(chi2, axis=1)
+    beside = np.minimum(chi2[number, np.abs(best - 1)], chi2[number, np.minimum(best + 1, count - 1)])
+    beside = np.where(np.isfinite(beside), beside, least)
+    mass = chi2 <= (beside + _MASS)[:, None]
+    first, last = np.argmax(mass, axis=1), count - 1 - np.argmax(mass[:, ::-1], axis=1)
+    return np.maximum(first - 1, 0), np.minimum(last + 1, count - 1), (last - first + 1) / count
