@@ -41,8 +41,8 @@ def align(
     views
         At least two, with their rough poses.
     sigma_mm, sigma_deg
-        Standard deviation of a rough pose along and about each of its axes, at the camera and against the
-        first view: what the robot's maker states, or a hand-eye calibration left.
+        Standard deviation of every rough pose along and about each of its axes, at the camera: what the
+        robot's maker states, or a hand-eye calibration left.
     samples
         Vertices of each view that are compared with the other views.
     most_iterations
@@ -59,7 +59,9 @@ def align(
     -----
     Each iteration: the nearest vertex of every other view within a gate that shrinks from what the rough
     poses allow to the resolution; point to plane, Tukey's biweight; one Gauss-Newton step for all poses.
-    O(N² S log V) per iteration. The covariance takes the noise of neighbouring samples as independent.
+    O(N² S log V) per iteration. The covariance takes the noise of neighbouring samples as independent. All
+    views are alike until the end, when the first is moved back to its rough pose and takes the others along:
+    which one is the first changes the frame, not how the views lie to each other.
 
     """
     clouds, rough = _checked(views, samples, seed)
@@ -69,7 +71,7 @@ def align(
     pitch = max(cloud.pitch_mm for cloud in clouds)
     gate, least = _GATE_SIGMAS * (sigma_mm + np.radians(sigma_deg) * reach), _GATE_PITCHES * pitch
     size = max(float(np.ptp(cloud.points_mm, axis=0).max()) for cloud in clouds)
-    poses, pairs, normal, iterations = rough, list[Pairs](), np.eye(6 * len(views) - 6), 0
+    poses, pairs, normal, iterations = rough, list[Pairs](), np.eye(6 * len(views)), 0
     while iterations < most_iterations:
         iterations += 1
         gate = max(gate, least)
@@ -80,9 +82,11 @@ def align(
         if gate == least and travel < _STILL * pitch:
             break
         gate *= _GATE_SHRINK
+    poses = (rough[0] @ np.linalg.inv(poses[0])) @ poses
+    poses[0] = rough[0]
     return Alignment(
         T_world_camera=poses,
-        covariance=_covariance(normal),
+        covariance=_against_first(normal),
         moved_mm=np.linalg.norm(_middles(clouds, poses) - _middles(clouds, rough), axis=1).astype(float),
         overlap=_overlap(pairs, [len(cloud.samples) for cloud in clouds]),
         rms_mm=_rms(pairs),
@@ -93,8 +97,10 @@ def align(
 def _checked(views: Sequence[PosedSurface], samples: int, seed: int) -> tuple[list[Cloud], Floats]:
     if len(views) < 2:
         raise InputError("an alignment needs two views at least")
-    rng = np.random.default_rng(seed)
-    clouds = [cloud_of(view, samples=samples, rng=rng, name=f"view {n}") for n, view in enumerate(views, 1)]
+    clouds = [
+        cloud_of(view, samples=samples, rng=np.random.default_rng(seed), name=f"view {n}")
+        for n, view in enumerate(views, 1)
+    ]
     return clouds, np.stack([_rigid(view.T_world_camera, number) for number, view in enumerate(views, 1)])
 
 
@@ -111,11 +117,13 @@ def _rigid(pose: Floats, number: int) -> Floats:
     return matrix
 
 
-def _covariance(normal: Floats) -> Floats:
-    """(N, 6, 6) the diagonal blocks of the inverse, zero for the first view."""
-    inverse = np.linalg.inv(normal).reshape(len(normal) // 6, 6, len(normal) // 6, 6)
-    blocks = np.einsum("iaib->iab", inverse)
-    return np.concatenate([np.zeros((1, 6, 6)), blocks])
+def _against_first(normal: Floats) -> Floats:
+    """(N, 6, 6) covariance of each twist less the first's: zero for the first."""
+    count = len(normal) // 6
+    inverse = np.linalg.inv(normal).reshape(count, 6, count, 6).transpose(0, 2, 1, 3)
+    own = np.einsum("iiab->iab", inverse)
+    mixed = inverse[0]
+    return np.asarray(own + own[0] - mixed - mixed.transpose(0, 2, 1))
 
 
 def _middles(clouds: Sequence[Cloud], poses: Floats) -> Floats:

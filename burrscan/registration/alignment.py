@@ -73,7 +73,7 @@ class Pairs:
     moving, fixed
         Indices of the two views.
     points_mm, normals
-        (M, 3) halfway between point and place, and the mean of their normals.
+        (M, 3) halfway between the surroundings of point and place, and the mean of their normals.
     distance_mm
         (M,) from place to point along that normal.
     sigma_mm

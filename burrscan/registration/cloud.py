@@ -15,6 +15,8 @@ from burrscan.registration.alignment import PosedSurface
 _FEWEST = 100
 _ROUNDS = 6
 _LOPSIDED = 0.5
+_BENT = 0.2
+"""Thickness of the surroundings over their lesser width, from which they are an edge and no plane."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,8 @@ class Cloud:
     ----------
     points_mm, normals
         (V, 3).
+    middles_mm
+        (V, 3) the middle of every vertex's surroundings: where its normal is that of the surface.
     sigma_mm
         (V,).
     border
@@ -41,6 +45,7 @@ class Cloud:
 
     points_mm: Floats
     normals: Floats
+    middles_mm: Floats
     sigma_mm: Floats
     border: Bools
     samples: Ints
@@ -60,14 +65,18 @@ def cloud_of(view: PosedSurface, *, samples: int, rng: np.random.Generator, name
     used, normals = _normals(view.vertices_mm, view.faces)
     if used.sum() < _FEWEST:
         raise InputError(f"{name}: only {used.sum()} vertices lie on faces; an alignment needs a mesh")
-    normals, shift = _planes(normals, np.where(used[:, None], view.vertices_mm, 0.0), view.faces)
+    normals, middles, shift, bent = _planes(
+        normals, np.where(used[:, None], view.vertices_mm, 0.0), view.faces
+    )
     points = np.ascontiguousarray(view.vertices_mm[used])
     chosen = np.sort(rng.permutation(len(points))[:samples])
     tree = cKDTree(points)
     apart = np.asarray(tree.query(points[chosen[:1000]], k=2)[0])
     pitch = float(np.median(apart[:, 1]))
-    border = _on_border(len(view.vertices_mm), view.faces)[used] | (shift[used] > _LOPSIDED * pitch)
-    return Cloud(points, normals[used], view.sigma_mm[used], border, chosen, tree, pitch)
+    border = (
+        _on_border(len(view.vertices_mm), view.faces)[used] | (shift[used] > _LOPSIDED * pitch) | bent[used]
+    )
+    return Cloud(points, normals[used], middles[used], view.sigma_mm[used], border, chosen, tree, pitch)
 
 
 def _normals(vertices_mm: Floats, faces: Ints32) -> tuple[Bools, Floats]:
@@ -81,8 +90,8 @@ def _normals(vertices_mm: Floats, faces: Ints32) -> tuple[Bools, Floats]:
     return length > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None]
 
 
-def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, Floats]:
-    """Normals of the planes through every vertex's surroundings, and how lopsided those are, mm.
+def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, Floats, Floats, Bools]:
+    """Normals and middles of the planes through every vertex's surroundings, and how lopsided those are, mm.
 
     Noise in the normals of a surface of revolution looks like information about the turn that slides it along
     itself (errors in variables), and so does any lean. Surroundings of some forty vertices leave little of
@@ -104,11 +113,13 @@ def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, 
         moments = share * (moments + joined @ moments)
     middle = moments[:, :3]
     scatter = moments[:, 3:].reshape(count, 3, 3) - middle[:, :, None] * middle[:, None, :]
-    plane = np.linalg.eigh(scatter)[1][:, :, 0]
+    spread, axes = np.linalg.eigh(scatter)
+    plane = axes[:, :, 0]
     plane *= np.where(np.einsum("ij,ij->i", plane, normals) < 0.0, -1.0, 1.0)[:, None]
     off = middle - local
     sideways = off - np.einsum("ij,ij->i", off, plane)[:, None] * plane
-    return plane, np.linalg.norm(sideways, axis=1).astype(float)
+    bent = spread[:, 0] > _BENT**2 * spread[:, 1]
+    return plane, middle + points_mm.mean(axis=0), np.linalg.norm(sideways, axis=1).astype(float), bent
 
 
 def _sides(points_mm: Floats, faces: Ints32) -> Ints32:

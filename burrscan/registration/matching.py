@@ -1,7 +1,10 @@
 """Which places of two views are the same: the nearest ones that look the same way.
 
 The distance is measured along the mean of the two normals (Rusinkiewicz 2019): between two vertices of one
-curved surface it is then zero, where a plane through one of them would be off by the sagitta.
+curved surface it is then zero, where a plane through one of them would be off by the sagitta. The lever of
+that normal is the middle of the surroundings that it was found in, not the vertex: noise along an oblique ray
+moves the vertex sideways as well as off the surface. Lever and distance would have their errors in common,
+and round views would creep about their axis.
 """
 
 from __future__ import annotations
@@ -48,4 +51,8 @@ def _pairs(clouds: Sequence[Cloud], poses: Floats, moving: int, fixed: int, gate
     place = placed(poses[fixed], other.points_mm[nearest])
     sigma = np.hypot(one.sigma_mm[one.samples[near]], other.sigma_mm[nearest])
     across = np.einsum("ij,ij->i", points[near] - place, normals)
-    return Pairs(moving, fixed, 0.5 * (points[near] + place), normals, across, sigma, near)
+    levers = 0.5 * (
+        placed(poses[moving], one.middles_mm[one.samples[near]])
+        + placed(poses[fixed], other.middles_mm[nearest])
+    )
+    return Pairs(moving, fixed, levers, normals, across, sigma, near)

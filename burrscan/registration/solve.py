@@ -1,4 +1,4 @@
-"""One Gauss-Newton step for all poses but the first: distances of the surfaces, and the rough poses."""
+"""One Gauss-Newton step for all poses: distances of the surfaces, and the rough poses."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Prior:
 
 
 def solve(pairs: Sequence[Pairs], poses: Floats, prior: Prior, middle_mm: Floats) -> tuple[Floats, Floats]:
-    """The normal matrix (6(N-1), 6(N-1)) and the twists (N, 6) that it wants; the first is zero.
+    """The normal matrix (6N, 6N) and the twists (N, 6) that it wants.
 
     Notes
     -----
@@ -58,10 +58,7 @@ def solve(pairs: Sequence[Pairs], poses: Floats, prior: Prior, middle_mm: Floats
         normal[block, block], wanted[block] = prior.equations(poses[number], number, middle_mm)
     for pair in pairs:
         _add(normal, wanted, pair, middle_mm)
-    free = slice(6, None)
-    twists = np.zeros(6 * count)
-    twists[free] = np.linalg.solve(normal[free, free], wanted[free])
-    return normal[free, free], twists.reshape(count, 6)
+    return normal, np.asarray(np.linalg.solve(normal, wanted)).reshape(count, 6)
 
 
 def moved(pose: Floats, twist: Floats, middle_mm: Floats) -> Floats:

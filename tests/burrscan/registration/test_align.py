@@ -17,16 +17,15 @@ TURNS = (0.0, 80.0, 190.0, 270.0)
 
 
 def views(seed: int, turns: tuple[float, ...] = TURNS, **options: float) -> list[PosedSurface]:
-    """The first view's pose is exact: it is the frame of the others."""
     rng = np.random.default_rng(seed)
-    exact = {"robot_mm": 0.0, "robot_deg": 0.0}
-    return [view(turn, rng, **(options if number else options | exact)) for number, turn in enumerate(turns)]
+    return [view(turn, rng, **options) for turn in turns]
 
 
 def errors(found: Alignment, turns: tuple[float, ...] = TURNS) -> Floats:
-    """(N-1, 6) rotation vector in rad and translation at the origin, mm, of each pose but the first."""
+    """(N-1, 6) rotation vector in rad and translation at the origin, mm, of each pose against the first."""
     off = [found.T_world_camera[n] @ np.linalg.inv(true_pose(turn)) for n, turn in enumerate(turns)]
-    return np.array([[*Rotation.from_matrix(m[:3, :3]).as_rotvec(), *m[:3, 3]] for m in off[1:]])
+    relative = [np.linalg.inv(off[0]) @ one for one in off[1:]]
+    return np.array([[*Rotation.from_matrix(m[:3, :3]).as_rotvec(), *m[:3, 3]] for m in relative])
 
 
 def test_views_of_a_part_that_is_not_round_are_put_where_they_were() -> None:
@@ -60,14 +59,17 @@ def test_a_round_part_leaves_its_turn_to_the_robot() -> None:
     assert np.degrees(abs(errors(round_part, (0.0, 60.0))[0, 2])) < 4.0 * turn[0]
 
 
-def test_round_views_do_not_creep_about_their_axis() -> None:
-    """The diagonals of faces all lean one way; where the profile bends, normals must not lean with them."""
-    turns = (0.0, 60.0, 120.0)
-    for seed in range(3):
-        found = align(views(seed, turns, lobes=0.0, step_mm=0.3))
-        assert found.iterations < 20
-        stated = np.sqrt(found.covariance[1:, 2, 2])
-        assert np.abs(errors(found, turns)[:, 2] / stated).max() < 4.0
+@pytest.mark.parametrize("step_mm", [1.5, 0.3])
+def test_round_views_do_not_creep_about_their_axis(step_mm: float) -> None:
+    """Diagonals lean one way; noise along rays moves vertices sideways; 0.3 mm is below the pitch."""
+    turns, off, stated = (0.0, 60.0, 120.0), [], []
+    for seed in range(6):
+        found = align(views(seed, turns, lobes=0.0, step_mm=step_mm))
+        off.append(errors(found, turns))
+        stated.append(np.sqrt(np.diagonal(found.covariance[1:], axis1=1, axis2=2)))
+    turned = np.array(off)[:, 1, 2] / np.array(stated)[:, 1, 2]
+    assert abs(turned.mean()) < 4.0 / np.sqrt(len(turned))  # no bias, as far as six runs tell: 4 sigma
+    assert np.abs(np.array(off)[:, :, 5] / np.array(stated)[:, :, 5]).max() < 4.0  # along the axis
 
 
 def test_views_that_share_nothing_keep_their_rough_poses() -> None:
@@ -75,20 +77,21 @@ def test_views_that_share_nothing_keep_their_rough_poses() -> None:
     found = align(apart)
     assert found.overlap.max() == 0.0
     np.testing.assert_allclose(found.T_world_camera, [one.T_world_camera for one in apart], atol=1e-9)
-    assert np.degrees(np.sqrt(found.covariance[1, 0, 0])) == pytest.approx(0.2, rel=1e-6)
+    assert np.degrees(np.sqrt(found.covariance[1, 0, 0])) == pytest.approx(0.2 * np.sqrt(2.0), rel=1e-6)
 
 
-def test_the_order_of_the_other_views_does_not_matter() -> None:
-    """To a tenth of the noise: another order draws other samples."""
+def test_how_views_lie_to_each_other_does_not_depend_on_their_order() -> None:
     given = views(5)
-    order = [0, 3, 1, 2]
+    order = [2, 0, 3, 1]
     one, other = align(given), align([given[k] for k in order])
-    np.testing.assert_allclose(one.T_world_camera[order], other.T_world_camera, atol=0.03)
+    first = np.linalg.inv(one.T_world_camera[order[0]]) @ one.T_world_camera[order]
+    second = np.linalg.inv(other.T_world_camera[0]) @ other.T_world_camera
+    np.testing.assert_allclose(first, second, atol=2e-3)  # mm at the camera, 400 mm away: 0.02 of the noise
 
 
 def test_the_merged_mesh_is_the_part() -> None:
-    given = views(2)
-    merged = merge(given, align(given))
+    given = [replace(one, T_world_camera=true_pose(turn)) for one, turn in zip(views(2), TURNS, strict=True)]
+    merged = merge(given, align([given[0], *views(2)[1:]]))
     phi = np.arctan2(merged.vertices_mm[:, 1], merged.vertices_mm[:, 0])
     true = part(phi, merged.vertices_mm[:, 2], lobes=1.0)
     off = np.hypot(*merged.vertices_mm.T[:2]) - np.hypot(*true.T[:2])
