@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from bench.score.metric import within
+
 Verdict = Literal["worse", "better", "equivalent", "inconclusive", "not comparable"]
 Seen = Literal["worse", "better", ""]
 
@@ -194,7 +196,7 @@ class Comparison:
         for verdict in ("worse", "better", "equivalent", "inconclusive", "not comparable"):
             rows = [row for row in gated if row.verdict == verdict]
             if rows and verdict in {"worse", "better"}:
-                words.append(f"{verdict} in {', '.join(dict.fromkeys(row.title.lower() for row in rows))}")
+                words.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in rows))}")
             elif rows:
                 words.append(f"{len(rows)} {verdict}")
         head = {0: "Nothing gated is worse", 1: "A gate is broken", 2: "Not all of it can be compared"}

@@ -23,14 +23,12 @@ _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (
 
 @dataclass(frozen=True)
 class PodRow:
-    """What one side detects, as texts; ``why_not`` where no curve can be fitted."""
+    """What one side detects, as texts; ``why_not`` where it has no size to state."""
 
     label: str
     css: str
     found: str
-    a50: str
-    a90: str
-    a90_95: str
+    sizes: tuple[str, str, str]
     false_calls: str
     false_calls_interval: str
     why_not: str
@@ -38,11 +36,20 @@ class PodRow:
 
 @dataclass(frozen=True)
 class PodChart:
-    """The curves of all sides by one model."""
+    """The curves of all sides by one model, and why some have no size to state (reason to labels)."""
 
     title: str
     picture: Markup
     rows: tuple[PodRow, ...]
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Each reason once."""
+        found: dict[str, list[str]] = {}
+        for row in self.rows:
+            if row.why_not:
+                found.setdefault(row.why_not, []).append(row.label)
+        return {why: ", ".join(labels) for why, labels in found.items()}
 
 
 def pod_charts(panel: Panel) -> tuple[PodChart, ...]:
@@ -107,7 +114,7 @@ def _curve(axes: Axes, fit: PodCurve, *, busy: bool) -> Markup:
     marks = [
         axes.dot(math.log10(size), 90.0, css, 4.5)
         for size, css in ((fit.a90, "a90"), (fit.a90_95, "a90 bound"))
-        if math.isfinite(size) and size > 0.0 and axes.x[0] <= math.log10(size) <= axes.x[1]
+        if fit.size[0] <= size <= fit.size[-1]
     ]
     band = np.concatenate([_points(x, fit.low), _points(x, fit.high)[::-1]])
     shade = Markup("") if busy else axes.area(band, "band")
@@ -122,25 +129,33 @@ def _row(css: str, label: str, item: Detection) -> PodRow:
     fit, why_not = item.curve, item.why_not
     low, high = item.false_calls_interval
     if fit and fit.pod[-1] < fit.pod[0]:
-        fit, why_not = None, "larger burrs were found less often than smaller ones: there is no size to state"
+        why_not = "larger burrs were found less often than smaller ones"
     hits, trials = sum(s.hits for s in item.shares), sum(s.trials for s in item.shares)
-    interval = f"{_digits(low)} to {_digits(high)}" if math.isfinite(low) and math.isfinite(high) else ""
+    interval = f"{_digits(low)}–{_digits(high)}" if math.isfinite(low) and math.isfinite(high) else ""
     return PodRow(
         label,
         css,
         f"{hits}/{trials}",
-        _size(fit.a50) if fit else "–",
-        _size(fit.a90) if fit else "–",
-        ("not shown" if math.isinf(fit.a90_95) else _size(fit.a90_95)) if fit else "–",
+        _sizes(fit) if fit and not why_not else ("", "", "no size"),
         _digits(item.false_calls_per_wheel) if item.wheels else "–",
         interval,
         why_not,
     )
 
 
+def _sizes(fit: PodCurve) -> tuple[str, str, str]:
+    return _size(fit.a50, fit), _size(fit.a90, fit), _size(fit.a90_95, fit)
+
+
+def _size(value: float, fit: PodCurve) -> str:
+    """Nothing is stated beyond the sizes that were tried: there the curve is a guess."""
+    low, high = float(fit.size[0]), float(fit.size[-1])
+    if math.isnan(value):
+        return "–"
+    if value < low:
+        return f"< {low:.2g}"
+    return f"{value:.3g}" if value <= high else f"> {high:.2g}"
+
+
 def _digits(value: float) -> str:
     return f"{value:.2f}" if value < 10.0 else f"{value:.0f}"
-
-
-def _size(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else "–"

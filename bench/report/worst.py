@@ -11,6 +11,7 @@ import numpy as np
 from bench.compare.result import CaseChange
 from bench.report.forest import shown, shown_unit
 from bench.report.sides import Panel, Side
+from bench.score.metric import within
 from bench.score.metrics import METRICS, metric_named
 from bench.score.summary import value_of
 
@@ -77,7 +78,7 @@ def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Ite
         first = int(behind[:, number].argmax())
         metric, excess = metric_named(names[first]), float(behind[first, number])
         value = f"{shown(value_of(record, metric.name), metric.unit)} {shown_unit(metric.unit)}".strip()
-        reason = f"{name_of}{metric.title.lower()} {value}, {excess:.1f} margins behind the median case"
+        reason = f"{name_of}{within(metric.title)} {value}, {excess:.1f} margins behind the median case"
         yield Chosen(record.case, panel, reason if excess > 0.0 else "", excess)
 
 

@@ -48,3 +48,8 @@ class Metric:
     def description(self) -> str:
         """The definition in words."""
         return inspect.cleandoc(self.measure.__doc__ or "")
+
+
+def within(title: str) -> str:
+    """A title inside a sentence: ``Depth RMS`` is ``depth RMS`` there, ``RMS / bound`` stays."""
+    return title if title[1:2].isupper() else title[:1].lower() + title[1:]
