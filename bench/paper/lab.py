@@ -17,6 +17,7 @@ import scenes
 from bench.axis.revolution import axis_angle_deg
 from bench.paper.parts import Numbers
 from bench.paper.scenery import paper_scene
+from bench.paper.sources import source_of, sources
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.files import written_whole
@@ -43,8 +44,8 @@ class Scanned:
     ----------
     arrays
         ``vertices_mm``, ``faces``, ``sigma_mm``, ``pixels``, ``points_mm``, ``white``, ``image``,
-        ``saturated``, ``u_error_px``, ``measurable``, ``T_part_camera``, ``outline_zr_mm``,
-        ``true_points_mm``, ``frames``, ``exposure_ms``, ``full_dn``.
+        ``saturated``, ``u_error_px``, ``u_response_px``, ``measurable``, ``on_burr``,
+        ``T_part_camera``, ``outline_zr_mm``, ``true_points_mm``, ``frames``, ``exposure_ms``, ``full_dn``.
 
     """
 
@@ -86,9 +87,11 @@ class Scanned:
         """Angle between a direction and the true axis."""
         return axis_angle_deg(direction, self.direction)
 
-    def coverage(self) -> float:
-        """Share of the measurable pixels that were decoded within a projector pixel."""
+    def coverage(self, *, on_burr: bool = False) -> float:
+        """Share of the measurable pixels, of all or of those on burrs, decoded within a projector pixel."""
         measurable = self.arrays["measurable"]
+        if on_burr:
+            measurable = measurable & self.arrays["on_burr"]
         right = np.abs(self.arrays["u_error_px"]) <= 1.0
         return float((right & measurable).sum() / max(measurable.sum(), 1))
 
@@ -122,7 +125,7 @@ class Lab:
 
     work: Path
     quick: bool = False
-    code: str = field(default_factory=lambda: _sources(Path(burrscan.__file__), Path(scenes.__file__)))
+    code: str = field(default_factory=lambda: sources(Path(burrscan.__file__), Path(scenes.__file__)))
 
     @property
     def scale(self) -> float:
@@ -146,7 +149,7 @@ class Lab:
 
     def of_section(self, name: str, module: ModuleType) -> Numbers:
         """What a section measured, kept as long as neither the code nor the section changes."""
-        source = Path(str(module.__file__)).read_text("utf-8")
+        source = source_of(Path(str(module.__file__)))
         return self.kept(name, lambda: cast(Numbers, module.measure(self)), also=source)
 
     def scan(self, scene: str, method: str, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
@@ -190,7 +193,9 @@ def _scanned(document: Mapping[str, Any], stage: Stage) -> Numbers:
         "u_error_px": np.where(
             scan.correspondence.mask, scan.correspondence.u_px - truth.u_response_px, np.nan
         ).astype(np.float32),
+        "u_response_px": truth.u_response_px.astype(np.float32),
         "measurable": truth.measurable,
+        "on_burr": truth.burr_index >= 0,
         "T_part_camera": truth.T_part_camera,
         "outline_zr_mm": truth.wheel.generatrix_zr_mm,
         "true_points_mm": truth.points_mm.astype(np.float32),
@@ -199,12 +204,3 @@ def _scanned(document: Mapping[str, Any], stage: Stage) -> Numbers:
         "full_dn": np.asarray(scanner.camera.saturation_dn),
         **({} if scan.intensity is None else {"intensity": scan.intensity}),
     }
-
-
-def _sources(*packages: Path) -> str:
-    """A hash of every source of packages."""
-    total = hashlib.sha256()
-    for package in packages:
-        for path in sorted(package.parent.rglob("*.py")) + sorted(package.parent.rglob("*.toml")):
-            total.update(path.read_bytes())
-    return total.hexdigest()[:12]

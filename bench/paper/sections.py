@@ -9,6 +9,9 @@ from burrscan.errors import InputError
 from burrscan.variants import suggest
 
 MODULES: dict[str, str] = {
+    "figure-1": "bench.paper.range_scan",
+    "figure-2": "bench.paper.mirror_plane",
+    "figure-3": "bench.paper.adaptation",
     "figure-4": "bench.paper.planes",
     "figure-5": "bench.paper.sampling",
     "figure-6": "bench.paper.axis_found",

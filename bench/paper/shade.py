@@ -98,8 +98,7 @@ def view_from(*, azimuth_deg: float, elevation_deg: float) -> Floats:
 
 
 def frame_of(points_mm: Floats, view: Floats, *, margin: float = 0.04) -> tuple[Floats, Floats]:
-    """Corners of a picture that holds all points."""
-    seen = points_mm @ view[:2].T
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    """Corners of a picture that holds nearly all points; strays are left out."""
+    low, high = np.quantile(points_mm @ view[:2].T, [0.001, 0.999], axis=0)
     room = margin * float((high - low).max())
     return low - room, high + room

@@ -9,15 +9,19 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from bench.axis.revolution import revolution_scan
+from bench.axis.revolution import grid_faces, revolution_scan
 from bench.cli import main
 from bench.paper import NAMES, build_paper
+from bench.paper.generatrix_band import thickness_mm
 from bench.paper.lab import Lab
 from bench.paper.landscape import bottoms, grid_of, minima_of
 from bench.paper.noise import along_rays
 from bench.paper.orientation import angles_of, direction_of, sectioned
+from bench.paper.plane_scans import PERIOD_PX, harmonic_of
+from bench.paper.range_scan import mesh_counts, triangles_of
 from bench.paper.ransac_table import REJECTED, ROUNDS, TOLERANCES_MM, implied_sigma_mm, rounds_within
 from bench.paper.sampling import directions_of, distinct, farthest_deg, unevenness
+from bench.paper.sources import source_of
 from burrscan.axis.seed import orientation_grid
 from burrscan.errors import InputError
 
@@ -123,3 +127,33 @@ def test_the_page_is_one_file_with_its_claims(tmp_path: Path, capsys: pytest.Cap
 
 def test_every_section_has_a_module() -> None:
     assert len(set(NAMES)) == len(NAMES) >= 5
+
+
+def test_a_wave_of_the_eighth_harmonic_is_told_along_a_slanted_row() -> None:
+    u_px = np.linspace(100.0, 260.0, 480)
+    wave = np.hanning(480) * np.sin(2.0 * np.pi * 8.0 * u_px / PERIOD_PX) + 1e-3 * u_px
+    assert harmonic_of(wave[::-1], u_px[::-1]) == pytest.approx(8.0, abs=0.2)
+
+
+def test_strips_and_borders_are_counted() -> None:
+    """Two separate grids: a disc has T = Vo + 2 Vi - 2, and a rectangle's border is known."""
+    one = grid_faces(11, 21)
+    two = np.concatenate([one, grid_faces(5, 5) + one.max() + 1]).astype(np.int32)
+    vertices, border, strips, largest = mesh_counts(one)
+    assert (vertices, border, strips, largest) == (231, 60, 1, 1.0)
+    assert triangles_of(vertices, border) == len(one)
+    assert mesh_counts(two)[:3] == (231 + 25, 60 + 16, 2)
+    assert mesh_counts(two)[3] == len(one) / len(two)
+
+
+def test_a_sections_source_includes_what_it_imports(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text("from bench.paper.b import x\n")
+    (tmp_path / "b.py").write_text("from bench.paper import c\nfrom bench.paper.a import y\n")
+    (tmp_path / "c.py").write_text("from bench.axis.d import z\n")
+    assert source_of(tmp_path / "a.py").count("import") == 4
+
+
+def test_thickness_of_a_band_of_known_width() -> None:
+    rng = np.random.default_rng(3)
+    z, r = rng.uniform(-30.0, 30.0, 40_000), rng.uniform(90.0, 96.0, 40_000)
+    np.testing.assert_allclose(thickness_mm(z, r), 6.0, atol=0.25)
