@@ -55,7 +55,7 @@ def _examine_variant(job: Job, case: Case, variant: Variant, subject: Subject, f
         metrics = measure(look.evidence, own=job.own_metrics)
         burrs = burr_tables(look.evidence)
         look.keep(folder, variant.name)
-        budget = look.budget() if job.budget else {}
+        budget = look.budget() if variant.name in job.budgeted else {}
     except Exception as error:  # noqa: BLE001 (a failure is a result)
         return failed_record(case, variant, failure(stage_of(error) or stage, error), own=job.own_metrics)
     return Record(

@@ -23,8 +23,8 @@ class Job:
         Metrics of the user's own, ``"module:attribute"``.
     source
         What cases are made of.
-    budget
-        Whether to find out where the errors come from.
+    budgeted
+        Names of the variants of which is found out where their errors come from.
 
     """
 
@@ -32,4 +32,4 @@ class Job:
     out_dir: Path
     own_metrics: tuple[str, ...] = ()
     source: Source = "scene"
-    budget: bool = False
+    budgeted: tuple[str, ...] = ()

@@ -105,7 +105,7 @@ def run_suite(
     with directory.locked():
         _open(directory, asked, sitting)
         remaining = _settle(directory, cases, len(suite.variant))
-        job = Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budget)
+        job = Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted)
         task = partial(examine_case, job)
         crew = Crew(task, remaining, workers=count, threads=threads)
         _collect(crew, directory, suite, Progress.of(load_run(out_dir)), progress)

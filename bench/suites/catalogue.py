@@ -88,6 +88,7 @@ def _problems(suite: Suite) -> Iterator[str]:
     """Everything that is wrong with what the suite names."""
     yield from _metric_problems(suite)
     yield from _goal_problems(suite)
+    yield from _unknown_variants("budget", suite, suite.budgeted)
     for variant in suite.variant:
         yield from _listed(f"variant '{variant.name}'", partial(pipeline_of, variant))
     yield from _listed("scene", lambda: _no_twins(expand(suite)))
@@ -112,10 +113,15 @@ def _goal_problems(suite: Suite) -> Iterator[str]:
         yield from _listed("goal", partial(metric_named, goal.metric))
         if goal.at_least is None and goal.at_most is None:
             yield f"goal: '{goal.metric}' has neither at_least nor at_most"
-        if goal.variant and goal.variant not in (names := [v.name for v in suite.variant]):
-            yield f"goal: unknown variant '{goal.variant}': {suggest(goal.variant, names)}"
+        if goal.variant:
+            yield from _unknown_variants("goal", suite, [goal.variant])
         yield from (f"goal: {problem}" for problem in _path_problems(suite, goal.where))
     yield from (f"groups: {problem}" for problem in _path_problems(suite, suite.groups))
+
+
+def _unknown_variants(what: str, suite: Suite, named: Iterable[str]) -> Iterator[str]:
+    names = [variant.name for variant in suite.variant]
+    yield from (f"{what}: unknown variant '{n}': {suggest(n, names)}" for n in named if n not in names)
 
 
 def _path_problems(suite: Suite, paths: Iterable[str]) -> Iterator[str]:

@@ -127,7 +127,7 @@ class Suite:
     groups
         Swept paths by whose values the score table is divided; the first one by default.
     budget
-        Whether to find out which stage the errors come from (:mod:`bench.budget`).
+        Whether to find out which stage the errors come from (:mod:`bench.budget`), or of which variants.
     goal
         What the numbers are wanted to be.
 
@@ -149,7 +149,7 @@ class Suite:
     metrics: tuple[str, ...] = ()
     gate: tuple[Gate, ...] = ()
     groups: tuple[str, ...] = ()
-    budget: bool = False
+    budget: bool | tuple[str, ...] = False
     goal: tuple[Goal, ...] = ()
 
     @property
@@ -162,6 +162,13 @@ class Suite:
     def divided_by(self) -> tuple[str, ...]:
         """The paths that divide the score table."""
         return self.groups or self.paths[:1]
+
+    @property
+    def budgeted(self) -> tuple[str, ...]:
+        """The variants that get an error budget."""
+        if isinstance(self.budget, bool):
+            return tuple(v.name for v in self.variant) if self.budget else ()
+        return self.budget
 
     def document(self) -> dict[str, Any]:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""

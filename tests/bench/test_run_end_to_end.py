@@ -18,7 +18,7 @@ from bench.run import load_run
 
 SUITE = """
 name = "tiny"
-budget = true
+budget = ["fixed", "shifted", "turned"]
 [scene]
 base = "paper"
 rig = { scale = 0.25 }
@@ -128,6 +128,7 @@ def test_planted_faults_show_in_the_metrics_of_their_stage(run_dir: Path) -> Non
 def test_the_budget_lays_each_fault_at_the_door_of_its_stage(run_dir: Path) -> None:
     """Truth substituted from the front: an error goes when the truth of the stage that made it comes in."""
     rows = {(row.variant, row.metric): row for row in budget_rows(load_run(run_dir).records)}
+    assert {variant for variant, _ in rows} == {"fixed", "shifted", "turned"}
     assert set(rows["fixed", "axis_deg"].left) == set(SUBSTITUTIONS)
     turned = rows["turned", "axis_deg"]
     assert turned.cost["axis"] == pytest.approx(2.0, abs=0.05)

@@ -79,7 +79,8 @@ def test_a_case_does_not_depend_on_its_neighbours() -> None:
 
 
 def test_a_resolved_suite_is_read_back_as_it_was() -> None:
-    one = suite(sweep={"burr.height_mm": [1.0]}, variant=[{"name": "v", "scan": {"method": "fixed"}}])
+    variant = {"name": "v", "scan": {"method": "fixed"}}
+    one = suite(sweep={"burr.height_mm": [1.0]}, variant=[variant], budget=["v"])
     assert suite_from(one.document(), source="again") == one
 
 
@@ -122,6 +123,7 @@ def test_what_a_file_names_is_checked(tmp_path: Path) -> None:
         """
         name = "mine"
         metrics = ["coverag"]
+        budget = ["vv"]
         [scene]
         base = "base.toml"
         [sweep]
@@ -139,9 +141,10 @@ def test_what_a_file_names_is_checked(tmp_path: Path) -> None:
         load_suite(path)
     message = str(caught.value)
     for part in (
-        "9 problem(s)",
+        "10 problem(s)",
         "did you mean 'coverage'?",
         "did you mean 'adaptive'?",
+        "budget: unknown variant 'vv'",
         "axes: unknown key; did you mean 'axis'?",
         "heigth_mm",
         "'height_mm'",
