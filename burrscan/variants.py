@@ -10,11 +10,17 @@ from typing import Any
 
 from burrscan.errors import InputError
 
+MOST_KNOWN = 30
+"""More words than these are no help in a message."""
+
 
 def suggest(word: str, known: list[str]) -> str:
-    """A closing phrase for an error message: the nearest known word, or all of them."""
+    """A closing phrase for an error message: the nearest known word, or those there are."""
     near = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(sorted(known))}"
+    if near:
+        return f"did you mean '{near[0]}'?"
+    more = f" and {len(known) - MOST_KNOWN} more" if len(known) > MOST_KNOWN else ""
+    return f"known: {', '.join(sorted(known)[:MOST_KNOWN])}{more}"
 
 
 def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..., Any]:

@@ -53,10 +53,14 @@ def read_board_folder(folder: Path, *, gray: tuple[int, int] | None = None) -> B
         When the folder cannot be used, or codes columns alone.
 
     """
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder}: no such folder; a board is one capture folder for each pose of the chessboard"
+        )
     if (folder / "capture.json").exists():
         return _coded(folder)
     if gray is None:
-        what = "a plain Gray-code folder" if folder.is_dir() and is_gray_folder(folder) else "no capture.json"
+        what = "a plain Gray-code folder" if is_gray_folder(folder) else "no capture.json"
         raise InputError(f"{folder}: {what}; for plain Gray code say the projector's raster: --gray 1024x768")
     capture = read_gray_folder(folder, width=gray[0], height=gray[1])
     height, width = capture.white.shape
