@@ -12,7 +12,6 @@ from markupsafe import Markup
 from bench.report import figures
 from bench.report.figures import Figure, Scales
 from bench.report.forest import shown
-from bench.report.kept import Arrays
 from bench.report.sides import Side
 from bench.report.summary import Cell, Row, score_row
 from bench.run import Record, Run
@@ -22,11 +21,10 @@ from bench.score.summary import summarise
 
 @dataclass(frozen=True)
 class SideFigures:
-    """What one side's scanner saw, and why it has no result."""
+    """What one side's scanner saw."""
 
     label: str
     css: str
-    failure: str
     figures: tuple[Figure, ...]
 
 
@@ -40,13 +38,15 @@ class BurrTable:
 
 @dataclass(frozen=True)
 class CaseView:
-    """Everything that the page shows of one case."""
+    """Everything that the page shows of one case: pictures of ``sides``, numbers of ``all_sides``."""
 
     anchor: str
     title: str
     reason: str
     parameters: tuple[tuple[str, str], ...]
     sides: tuple[SideFigures, ...]
+    all_sides: tuple[Side, ...]
+    errors: tuple[tuple[str, str], ...]
     paired: bool
     rows: tuple[Row, ...]
     burrs: tuple[BurrTable, ...]
@@ -61,6 +61,7 @@ def view(
     case: str,
     sides: Sequence[Side],
     *,
+    pictured: Sequence[Side],
     anchor: str,
     title: str,
     reason: str,
@@ -75,7 +76,9 @@ def view(
     case
         Its name in the run.
     sides
-        Those that have it are shown.
+        Those that have it are in the tables.
+    pictured
+        Those of which pictures are shown.
     anchor, title, reason
         Its name inside the page, its heading, and why it is shown.
     metrics
@@ -89,14 +92,23 @@ def view(
     there = [side for side in sides if case in side.records]
     records = [side.records[case] for side in there]
     truth = next((arrays for side in there if (arrays := side.truth(case))), {})
-    found = {side: side.found(case) for side in there}
+    found = {side: side.found(case) for side in there if side in pictured}
     whites = [figures.photo_figures(truth, arrays, "") for arrays in found.values()]
     return CaseView(
         anchor,
         title,
         reason,
         tuple((name, str(value)) for name, value in records[0].parameters.items()),
-        tuple(_side(side, case, truth, arrays, limits) for side, arrays in found.items()),
+        tuple(
+            SideFigures(side.label, side.css, figures.scan_figures(truth, arrays, limits))
+            for side, arrays in found.items()
+        ),
+        tuple(there),
+        tuple(
+            (side.label, failure.error)
+            for side in there
+            if (failure := side.records[case].failure) is not None
+        ),
         paired and len(there) == 2,
         case_rows(records, metrics, paired=paired),
         burr_tables(records),
@@ -114,13 +126,6 @@ def view(
         ),
         figures.profile_figures(truth, {side.css: arrays for side, arrays in found.items()}, limits),
         command(there[-1].run, case),
-    )
-
-
-def _side(side: Side, case: str, truth: Arrays, found: Arrays, limits: Scales) -> SideFigures:
-    failure = side.records[case].failure
-    return SideFigures(
-        side.label, side.css, failure.error if failure else "", figures.scan_figures(truth, found, limits)
     )
 
 

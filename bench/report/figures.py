@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -45,14 +44,14 @@ class Figure:
     css: str = ""
 
 
-def scales(sides: Sequence[Side], cases: Sequence[str]) -> Scales:
-    """Limits that suit all the cases shown.
+def scales(looks: Sequence[tuple[Side, str]]) -> Scales:
+    """Limits that suit all that is shown: sides and cases.
 
     Depth: nine errors of ten are inside in the median case. Deviation: half the lowest burr, so that every
     burr stands out. Generatrix: nearly everything is inside in the median case.
     """
     depths, profiles, heights = [], [], []
-    for side, case in itertools.product(sides, cases):
+    for side, case in looks:
         truth, found = side.truth(case), side.found(case)
         if not (truth and found):
             continue
@@ -176,7 +175,7 @@ def _found_map(truth: Arrays, found: Arrays, limits: Scales) -> Markup:
         _true_mark(truth, index, "true" if index in matched else "missed")
         for index in range(len(truth["burr_angle_deg"]))
     ]
-    marks += [_found_mark(truth, found, index) for index in range(len(found["burr_angle_deg"]))]
+    marks += [_found_mark(truth, found, int(k)) for k in np.flatnonzero(np.isfinite(found["burr_angle_deg"]))]
     marks.sort(key=lambda mark: mark.css != "false")  # false calls lie under the burrs that are there
     return charts.unrolled(part, marks, limits.deviation_mm, "measured deviation, unrolled")
 

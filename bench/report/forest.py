@@ -36,18 +36,18 @@ class ForestRow:
     css: str
     sign: str
     aside: str
-    note: str
     plot: Markup
 
 
 @dataclass(frozen=True)
 class Forest:
-    """A comparison's rows under one axis."""
+    """A comparison's rows under one axis; notes are what one must know to read some of them."""
 
     base: str
     new: str
     axis: Markup
     rows: tuple[ForestRow, ...]
+    notes: tuple[str, ...]
 
 
 def forest(arm: ArmComparison) -> Forest:
@@ -55,7 +55,16 @@ def forest(arm: ArmComparison) -> Forest:
     reach = _reach(arm.rows)
     known = [row for row in arm.rows if row.verdict == "not comparable" or not math.isnan(row.difference)]
     rows = sorted(known, key=lambda row: not row.gated)
-    return Forest(arm.base, arm.new, _axis(reach), tuple(_row(row, reach) for row in rows))
+    return Forest(arm.base, arm.new, _axis(reach), tuple(_row(row, reach) for row in rows), _notes(rows))
+
+
+def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Each note once, with the metrics that it is about."""
+    titles: dict[str, list[str]] = {}
+    for row in rows:
+        if row.note:
+            titles.setdefault(row.note, []).append(row.title)
+    return tuple(f"{', '.join(names)}: {note}." for note, names in titles.items())
 
 
 def _row(row: Row, reach: float) -> ForestRow:
@@ -75,7 +84,6 @@ def _row(row: Row, reach: float) -> ForestRow:
         css=row.verdict.replace(" ", "-"),
         sign=SIGNS[row.verdict],
         aside=f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else "",
-        note=row.note,
         plot=_plot(row, reach),
     )
 

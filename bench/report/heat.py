@@ -19,7 +19,8 @@ from bench.score.summary import summarise
 from bench.suites.cases import POINT
 
 _MOST_VALUES = 8  # of a number; more are put into groups of equal size
-_GROUPS = 5
+_MOST_GROUPS = 5
+_SCENES = 4  # of a random design in a cell of two parameters, about: fewer say nothing
 _BESIDE = 2  # sides that are shown beside each other; more are shown one at a time
 _DARKEST = 0.62
 _SATURATED = 30.0  # margins at which a difference has its full colour
@@ -55,20 +56,31 @@ class HeatTable:
 class HeatView:
     """All metrics over one pair of parameters, or over one parameter: what is shown at a time."""
 
-    title: str
     down: str
     across: str
     tables: tuple[HeatTable, ...]
 
 
-def heat_views(panel: Panel, metrics: Sequence[str]) -> tuple[HeatView, ...]:
+@dataclass(frozen=True)
+class HeatViews:
+    """What can be chosen: parameters, and a side where there are many; a view for each choice of both."""
+
+    parameters: tuple[str, ...]
+    sides: tuple[str, ...]
+    views: tuple[HeatView, ...]
+
+
+def heat_views(panel: Panel, metrics: Sequence[str]) -> HeatViews:
     """Every pair of swept parameters, all others averaged over. O(pairs × metrics × cases)."""
     groups = {name: group for name, group in _groupings(panel.records).items() if len(group.names) > 1}
     pairs: list[tuple[str, ...]] = list(itertools.combinations(groups, 2)) or [(name,) for name in groups]
-    if panel.paired or len(panel.sides) <= _BESIDE:
-        return tuple(_view(panel, metrics, pair, groups) for pair in pairs)
-    alone = [replace(panel, sides=(side,)) for side in panel.sides]
-    return tuple(_view(one, metrics, pair, groups, one.sides[0].label) for pair in pairs for one in alone)
+    together = panel.paired or len(panel.sides) <= _BESIDE
+    shown = [panel] if together else [replace(panel, sides=(side,)) for side in panel.sides]
+    return HeatViews(
+        tuple(" × ".join(pair) for pair in pairs),
+        () if together else tuple(side.label for side in panel.sides),
+        tuple(_view(one, metrics, pair, groups) for pair in pairs for one in shown),
+    )
 
 
 @dataclass(frozen=True)
@@ -88,13 +100,14 @@ def _grouping(values: Sequence[Any]) -> _Grouping:
     different = list(dict.fromkeys(values))
     if len(different) <= _MOST_VALUES or not all(isinstance(value, int | float) for value in different):
         return _Grouping(tuple(str(value) for value in different), str)
-    edges = np.quantile(np.array(different, float), np.linspace(0.0, 1.0, _GROUPS + 1))
+    count = min(max(math.isqrt(len(different) // _SCENES), 2), _MOST_GROUPS)
+    edges = np.quantile(np.array(different, float), np.linspace(0.0, 1.0, count + 1))
     names = tuple(f"{a:.3g} to {b:.3g}" for a, b in itertools.pairwise(edges))
     return _Grouping(names, lambda v: names[int(np.searchsorted(edges[1:-1], v, side="right"))])
 
 
 def _view(
-    panel: Panel, metrics: Sequence[str], pair: tuple[str, ...], groups: Mapping[str, _Grouping], of: str = ""
+    panel: Panel, metrics: Sequence[str], pair: tuple[str, ...], groups: Mapping[str, _Grouping]
 ) -> HeatView:
     down, across = pair[0], pair[1] if len(pair) > 1 else ""
     keys = [(a, b) for a in groups[down].names for b in (groups[across].names if across else ("",))]
@@ -104,9 +117,7 @@ def _view(
         return groups[down].of(record.parameters[down]), second
 
     make = _differences if panel.paired else _values
-    title = " × ".join(pair) + (f" · {of}" if of else "")
-    tables = tuple(table for name in metrics for table in make(panel, name, keys, key))
-    return HeatView(title, down, across, tables)
+    return HeatView(down, across, tuple(table for name in metrics for table in make(panel, name, keys, key)))
 
 
 def _values(panel: Panel, name: str, keys: Sequence[Key], key: Callable[[Record], Key]) -> list[HeatTable]:

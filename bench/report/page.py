@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,9 @@ from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
+from bench.report.goals import goals
 from bench.report.heat import heat_views
+from bench.report.matrix import matrix
 from bench.report.pod import pod_charts
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
@@ -29,8 +33,6 @@ from burrscan.files import written_whole
 
 MOST_PICTURED = 6
 """Cases shown with pictures; all of them stand in the table."""
-
-_MOST_LOOKS = 12  # looks of one side at one case: what keeps the page small
 
 
 def build_report(run_dir: Path) -> Path:
@@ -83,13 +85,18 @@ def _template() -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["packed"] = _packed
     return environment.get_template("report.html.jinja")
+
+
+def _packed(words: str) -> str:
+    """What the page unpacks when it is asked for (``page.js``)."""
+    return base64.b64encode(zlib.compress(words.encode(), 9)).decode("ascii")
 
 
 def _run_content(run: Run) -> dict[str, Any]:
     panel = Panel("", sides_of(run), _arms(run))
     margins = {name: margin for name, margin in gates_of(run.suite, {}).items() if name != FAILURES}
-    most = min(MOST_PICTURED, max(_MOST_LOOKS // len(panel.sides), 2))
     return {
         "kicker": "run",
         "title": run.suite.title or run.suite.name,
@@ -97,7 +104,7 @@ def _run_content(run: Run) -> dict[str, Any]:
         "sentences": _sentences(run, panel),
         "state": "plain",
         "differs": {},
-        **_content(run, [("", run)], (panel,), worst_of(panel, margins, most)),
+        **_content(run, [("", run)], (panel,), worst_of(panel, margins, MOST_PICTURED)),
     }
 
 
@@ -143,14 +150,16 @@ def _content(
     """What both kinds of page show."""
     names = summary.metric_names(run)
     anchors = {(id(item.panel), item.case): f"case-{number}" for number, item in enumerate(chosen, 1)}
-    limits = scales([side for panel in panels for side in panel.sides], [item.case for item in chosen])
+    limits = scales([(side, item.case) for item in chosen for side in item.sides])
     return {
         "run": run,
         "runs": runs,
+        "goals": goals(runs),
         "panels": [_panel(panel, names, anchors) for panel in panels],
         "paired": panels[0].paired,
         "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
-        "failures": _failures(panels),
+        "failures": (failures := _failures(panels)),
+        "failed": sum(len(item["cases"]) for item in failures),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
         "metrics": [metric_named(name) for name in names],
         "stage_names": STAGES,
@@ -169,6 +178,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "forests": [forest(arm) for arm in panel.arms],
         "arms": panel.arms,
         "score": summary.score_rows(parts, names),
+        "matrix": matrix(panel, names) if len(panel.sides) > 2 else None,
         "pod": pod_charts(panel),
         "heat": heat_views(panel, names),
         "budget": stage_budget(panel),
@@ -181,6 +191,7 @@ def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> Ca
     return view(
         item.case,
         item.panel.sides,
+        pictured=item.sides,
         anchor=anchor,
         title=item.panel.title,
         reason=item.reason,
@@ -191,14 +202,15 @@ def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> Ca
 
 
 def _failures(panels: Sequence[Panel]) -> list[dict[str, Any]]:
-    """Every result that is missing, and why."""
-    return [
-        {"case": record.case, "side": side, "failure": record.failure}
-        for panel in panels
-        for side in panel.sides
-        for record in side.records.values()
-        if record.failure
-    ]
+    """Every result that is missing, and why: those of one side with the same error together."""
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for side in (side for panel in panels for side in panel.sides):
+        for record in side.records.values():
+            if record.failure:
+                error = (record.failure.error.splitlines() or ["no message"])[0]
+                item = {"side": side, "error": error, "failure": record.failure, "cases": []}
+                found.setdefault((side.label, error), item)["cases"].append(record.case)
+    return list(found.values())
 
 
 def _index(panel: Panel, anchors: Mapping[tuple[int, str], str]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from bench.compare.result import CaseChange
 from bench.report.forest import shown, shown_unit
 from bench.report.sides import Panel, Side
+from bench.run import Record
 from bench.score.metric import within
 from bench.score.metrics import METRICS, metric_named
 from bench.score.summary import value_of
@@ -20,12 +21,15 @@ _SMALLEST_MARGIN = 1e-9  # a margin of nought would make every case stand out wi
 
 @dataclass(frozen=True)
 class Chosen:
-    """A case to show, why, and how many margins it is worse."""
+    """A case to show, why, how many margins it is worse, and of which sides the pictures say so."""
 
     case: str
     panel: Panel
     reason: str
     margins: float
+    sides: tuple[Side, ...]
+    kind: tuple[str, str] = ("", "")
+    """Whose, and which metric."""
 
 
 def worst_changed(panels: Sequence[Panel], most: int) -> list[Chosen]:
@@ -37,13 +41,17 @@ def worst_changed(panels: Sequence[Panel], most: int) -> list[Chosen]:
 
 def _change(panel: Panel, change: CaseChange) -> Chosen:
     if math.isinf(change.worst):
-        return Chosen(change.case, panel, "newly failed", change.worst)
+        return Chosen(change.case, panel, "newly failed", change.worst, panel.sides)
     title = metric_named(change.worst_metric).title
-    return Chosen(change.case, panel, f"{title}: worse by {change.worst:.1f} margins", change.worst)
+    why = f"{title}: worse by {change.worst:.1f} margins"
+    return Chosen(change.case, panel, why, change.worst, panel.sides)
 
 
 def worst_of(panel: Panel, margins: Mapping[str, float], most: int) -> list[Chosen]:
     """The cases in which some side is farthest behind its own median, in margins; the worst first.
+
+    The worst of each side and metric comes before the second worst of any: six cases that are bad in the same
+    way would show one thing six times.
 
     Parameters
     ----------
@@ -60,7 +68,11 @@ def worst_of(panel: Panel, margins: Mapping[str, float], most: int) -> list[Chos
         for item in _standing_out(panel, side, margins):
             if item.case not in worst or item.margins > worst[item.case].margins:
                 worst[item.case] = item
-    return sorted(worst.values(), key=lambda item: -item.margins)[:most]
+    ranked = sorted(worst.values(), key=lambda item: -item.margins)
+    first = {item.kind: item for item in reversed(ranked)}.values()
+    others = [item for item in ranked if item not in first]
+    kept = [*sorted(first, key=lambda item: -item.margins), *others][:most]
+    return sorted(kept, key=lambda item: -item.margins)
 
 
 def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Iterator[Chosen]:
@@ -73,13 +85,37 @@ def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Ite
     name_of = f"{side.label}: " if len(panel.sides) > 1 else ""
     for number, record in enumerate(records):
         if record.failure is not None or not names:
-            yield Chosen(record.case, panel, f"{name_of}failed" if record.failure else "", math.inf)
-            continue
-        first = int(behind[:, number].argmax())
-        metric, excess = metric_named(names[first]), float(behind[first, number])
-        value = f"{shown(value_of(record, metric.name), metric.unit)} {shown_unit(metric.unit)}".strip()
-        reason = f"{name_of}{within(metric.title)} {value}, {excess:.1f} margins behind the median case"
-        yield Chosen(record.case, panel, reason if excess > 0.0 else "", excess)
+            reason, excess, name = f"{name_of}failed" if record.failure else "", math.inf, ""
+        else:
+            first = int(behind[:, number].argmax())
+            name, excess = names[first], float(behind[first, number])
+            reason = f"{name_of}{_in_words(record, name, excess)}" if excess > 0.0 else ""
+        sides = _pictured(panel, side, record.case, name)
+        yield Chosen(record.case, panel, reason, excess, sides, (side.label, name))
+
+
+def _in_words(record: Record, name: str, excess: float) -> str:
+    metric = metric_named(name)
+    value = f"{shown(value_of(record, name), metric.unit)} {shown_unit(metric.unit)}".strip()
+    return f"{within(metric.title)} {value}, {excess:.1f} margins behind the median case"
+
+
+def _pictured(panel: Panel, side: Side, case: str, name: str) -> tuple[Side, ...]:
+    """Two sides at most: the one that stands out, and the first, or the best if it is the first."""
+    if len(panel.sides) <= 2:
+        return panel.sides
+    other = panel.sides[0] if side is not panel.sides[0] else _best(panel.sides[1:], case, name)
+    return tuple(one for one in panel.sides if one in {side, other})
+
+
+def _best(sides: Sequence[Side], case: str, name: str) -> Side:
+    """The side that did best in a case; without a metric, the first that did not fail."""
+    there = [side for side in sides if case in side.records and side.records[case].failure is None]
+    if not there or not name:
+        return (there or list(sides))[0]
+    sign = 1.0 if metric_named(name).better == "lower" else -1.0
+    values = [sign * value_of(side.records[case], name) for side in there]
+    return there[int(np.argmin(np.nan_to_num(values, nan=np.inf)))]
 
 
 def _behind(values: Sequence[float], name: str, margin: float) -> list[float]:

@@ -1,9 +1,5 @@
 // The 3D view: a small WebGL renderer that starts when a still picture is touched.
 (() => {
-  const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
-  const inflated = async data => new Uint8Array(await new Response(
-    new Blob([data]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
-
   // three rows of running sums of 16 bit differences, low bytes before high bytes, as columns
   function columns(data, at, count) {
     const size = 3 * count, out = new Uint16Array(size);
@@ -53,7 +49,7 @@
   }
 
   async function loaded(gl, mesh) {
-    const data = await inflated(bytes(mesh.data)), at = 6 * mesh.v;
+    const data = new Uint8Array(await inflated(bytes(mesh.data)).arrayBuffer()), at = 6 * mesh.v;
     const steps = columns(data, 0, mesh.v), faces = columns(data, at, mesh.f);
     const places = Float32Array.from(steps, step => step / 4095);
     const values = Float32Array.from(data.subarray(at + 6 * mesh.f, at + 6 * mesh.f + mesh.v));
