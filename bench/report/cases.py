@@ -40,6 +40,7 @@ class BurrTable:
 class CaseView:
     """Everything that the page shows of one case: pictures of ``sides``, numbers of ``all_sides``."""
 
+    name: str
     anchor: str
     title: str
     reason: str
@@ -95,6 +96,7 @@ def view(
     found = {side: side.found(case) for side in there if side in pictured}
     whites = [figures.photo_figures(truth, arrays, "") for arrays in found.values()]
     return CaseView(
+        case.replace(",", ", "),
         anchor,
         title,
         reason,

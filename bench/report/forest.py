@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from bench.compare.result import ArmComparison, Row
+from bench.compare.rows import FOUND
 from bench.compare.text import SIGNS, number, p_value
 
 WIDTH, HEIGHT = 320.0, 24.0
@@ -62,7 +63,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     """Each note once, with the metrics that it is about."""
     titles: dict[str, list[str]] = {}
     for row in rows:
-        if row.note:
+        if row.note and row.metric != FOUND:  # of burrs, McNemar's test says more
             titles.setdefault(row.note, []).append(row.title)
     return tuple(f"{', '.join(names)}: {note}." for note, names in titles.items())
 

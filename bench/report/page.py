@@ -19,6 +19,7 @@ from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
 from bench.report.goals import goals
+from bench.report.headline import changes, ranking
 from bench.report.heat import heat_views
 from bench.report.matrix import matrix
 from bench.report.pod import pod_charts
@@ -112,7 +113,7 @@ def _sentences(run: Run, panel: Panel) -> tuple[str, ...]:
     if not run.records:
         return ()
     if len(panel.arms) > 1:
-        return (summary.ranking(panel.arms),)
+        return (ranking(panel.arms),)
     return (summary.verdict(run.records, [side.variant for side in panel.sides]),)
 
 
@@ -155,6 +156,9 @@ def _content(
         "run": run,
         "runs": runs,
         "goals": goals(runs),
+        "changes": changes(
+            [arm for panel in panels for arm in panel.arms] if len(panels[0].arms) < 2 else []
+        ),
         "panels": [_panel(panel, names, anchors) for panel in panels],
         "paired": panels[0].paired,
         "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],

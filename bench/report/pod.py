@@ -43,6 +43,11 @@ class PodChart:
     rows: tuple[PodRow, ...]
 
     @property
+    def busy(self) -> bool:
+        """Whether only curves are drawn."""
+        return len(self.rows) > _MOST_BANDS
+
+    @property
     def reasons(self) -> dict[str, str]:
         """Each reason once."""
         found: dict[str, list[str]] = {}

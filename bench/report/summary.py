@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.compare.result import ArmComparison
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
 from bench.score.summary import summarise, value_of
@@ -117,16 +116,6 @@ def verdict(records: Sequence[Record], variants: Sequence[str]) -> str:
     if not others:
         return _alone(of_variant(records, first), first)
     return _against(records, first, others[0])
-
-
-def ranking(arms: Sequence[ArmComparison]) -> str:
-    """Several variants against the first in one sentence: how many gated metrics went which way."""
-    words = []
-    for arm in arms:
-        verdicts = [row.verdict for row in arm.rows if row.gated]
-        counts = [f"{verdicts.count(word)} {word}" for word in ("better", "worse") if word in verdicts]
-        words.append(f"{arm.new} {' and '.join(counts) or 'none better or worse'}")
-    return f"Gated metrics beside {arms[0].base}: {', '.join(words)}."
 
 
 def scanned(records: Iterable[Record]) -> bool:

@@ -85,7 +85,7 @@ def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Ite
     name_of = f"{side.label}: " if len(panel.sides) > 1 else ""
     for number, record in enumerate(records):
         if record.failure is not None or not names:
-            reason, excess, name = f"{name_of}failed" if record.failure else "", math.inf, ""
+            reason, excess, name = "", math.inf, ""  # the error is shown anyway
         else:
             first = int(behind[:, number].argmax())
             name, excess = names[first], float(behind[first, number])

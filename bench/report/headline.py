@@ -1,0 +1,71 @@
+"""What a reader must see first: which gated metrics changed, by how much, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bench.compare.result import ArmComparison, Row
+from bench.report.forest import shown, shown_unit
+from bench.score.metric import within
+
+_MOST = 8
+
+
+@dataclass(frozen=True)
+class Change:
+    """A metric that is better or worse: in whom, by how much, and the 95 % interval of that."""
+
+    arm: str
+    title: str
+    verdict: str
+    difference: str
+    unit: str
+    interval: str
+
+
+def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
+    """The gated metrics that are worse, then those that are better, the most margins first."""
+    found = [
+        (arm, row) for arm in arms for row in arm.rows if row.gated and row.verdict in {"worse", "better"}
+    ]
+    found.sort(key=lambda item: (item[1].verdict != "worse", -_margins(item[1])))
+    return tuple(_change(row, arm.new if len(arms) > 1 else "") for arm, row in found[:_MOST])
+
+
+def _margins(row: Row) -> float:
+    return abs(row.difference) / (row.margin or 1.0)
+
+
+def _change(row: Row, arm: str) -> Change:
+    low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
+    return Change(
+        arm,
+        within(row.title),
+        row.verdict,
+        shown(row.difference, row.unit, sign=True),
+        shown_unit(row.unit),
+        f"{low} to {high}" if row.low < row.high else "",
+    )
+
+
+def ranking(arms: Sequence[ArmComparison]) -> str:
+    """Several variants against the first in one sentence: how many gated metrics went which way."""
+    counts = {arm.new: _counts(arm) for arm in arms}
+    told = [f"{name} {count}" for name, count in counts.items() if count]
+    none = [name for name, count in counts.items() if not count]
+    verb = "is" if len(none) == 1 else "are"
+    words = [f"{_listed(none)} {verb} neither better nor worse"] if none else []
+    gated = sum(row.gated for row in arms[0].rows)
+    return f"Against {arms[0].base}, in {gated} gated metrics: {'; '.join([*told, *words])}."
+
+
+def _counts(arm: ArmComparison) -> str:
+    verdicts = [row.verdict for row in arm.rows if row.gated]
+    return " and ".join(
+        f"{word} in {verdicts.count(word)}" for word in ("better", "worse") if word in verdicts
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
