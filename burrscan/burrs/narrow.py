@@ -30,6 +30,8 @@ _SETTLED = 0.6
 _HUBER = 3.0
 STEEPEST = 3.6
 """Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
+_MOST_SHIFT = 0.5
+"""How far a turn may move an end of the burr in one pass, in vertex spacings."""
 _WITHIN_E = 1.0
 """How far, in logarithms, a height is from its base's width."""
 _FEWEST = 5
@@ -110,11 +112,12 @@ def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted:
 
     """
     grid = _first(float(start[1]), spacing_mm)
+    most = _MOST_SHIFT * spacing_mm / max(float(np.abs(crossed.u_mm).max()), spacing_mm) if slanted else 0.0
     model, result = start, None
     for _ in range(_PASSES):
         weight = _weights(crossed, model)
         slope = float(model[2])
-        nodes = _Nodes(*_matched(*_running(crossed, weight, slope), grid.half_mm, grid.place_mm, slanted))
+        nodes = _Nodes(*_matched(*_running(crossed, weight, slope), grid.half_mm, grid.place_mm, most))
         if not np.isfinite(nodes.chi2).any():
             return result
         i, j = np.unravel_index(int(np.argmin(nodes.chi2)), nodes.chi2.shape)
@@ -162,9 +165,9 @@ def _matched(
     square: float,
     halves: Floats,
     places: Floats,
-    slanted: bool,  # noqa: FBT001 (numba takes no keywords only)
+    most: float,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Least squares of height and turn at every node; an infinite chi-square where nothing rises."""
+    """Least squares of height and turn, at ``most`` so large, at every node; infinite where nothing rises."""
     shape = places.shape
     chi2, height = np.full(shape, np.inf), np.zeros(shape)
     turn, information = np.zeros(shape), np.zeros(shape)
@@ -183,14 +186,13 @@ def _matched(
                 kk += b * b * s[7]
                 ky -= b * s[8]
             information[i, j] = hh
-            determinant = hh * kk - hk * hk
-            if slanted and determinant > 1e-9 * hh * kk:
-                h, k = (kk * hy - hk * ky) / determinant, (hh * ky - hk * hy) / determinant
-            else:
-                h, k = hy / max(hh, 1e-300), 0.0
-            if h > 0.0 and hh > 0.0:
-                chi2[i, j] = max(square - h * hy - k * ky, 0.0)
-                height[i, j], turn[i, j] = h, k / h
+            # The ratio of the two unknowns, height and height times turn, held to where it is linear.
+            t, whole = hh * ky - hk * hy, kk * hy - hk * ky
+            t = min(max(t / whole, -most), most) if whole > 1e-9 * kk * hy else 0.0
+            match, power = hy + t * ky, hh + 2.0 * t * hk + t * t * kk
+            if match > 0.0 and hh > 0.0 and power > 0.0:
+                chi2[i, j] = max(square - match * match / power, 0.0)
+                height[i, j], turn[i, j] = match / power, t
     return chi2, height, turn, information
 
 

@@ -15,6 +15,7 @@ from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.narrow import REACH, Crossed, posterior_of
+from burrscan.burrs.section import section, sections
 
 _STEPS = 25
 _HUBER = 3.0
@@ -78,6 +79,8 @@ class Ridge:
         Standard deviation of the height, all else taken as known.
     misfit
         ``chi2`` per vertex.
+    footprint_mm
+        Width over which the cross-section is averaged, 0 where vertices are points.
     open_mm
         By how much the height would change with the other kind of cross-section.
 
@@ -91,6 +94,7 @@ class Ridge:
     chi2: float
     noise_mm: float
     misfit: float
+    footprint_mm: float = 0.0
     open_mm: float = 0.0
 
     @property
@@ -122,9 +126,8 @@ class Ridge:
         """(N,) height of the unit ridge at each vertex, without regard to its ends."""
         _, centre, slope, half, asymmetry = self.parameters
         v = patch.v_mm - centre - slope * patch.u_mm
-        q: Floats = np.abs(v) / (half * np.where(v < 0.0, 1.0 - asymmetry, 1.0 + asymmetry))
-        shape: Floats = np.clip(1.0 - q**self.power, 0.0, None)
-        return shape
+        left, right = half * (1.0 - asymmetry), half * (1.0 + asymmetry)
+        return np.asarray(sections(v, left, right, self.power, self.footprint_mm))
 
 
 def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
@@ -173,8 +176,9 @@ def _part(patch: Patch, inside: Bools) -> Patch:
 
 def _richest(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     extent = (ridge.start_mm, ridge.end_mm)
-    for power, free in ((2, _SYMMETRIC), (1, _ALL), (2, _ALL)):
-        other = _fitted(patch, ridge.parameters, power, free, extent, spacing)
+    kinds = ((1, 1.0, _SYMMETRIC), (2, 0.0, _SYMMETRIC), (1, 0.0, _ALL), (1, 1.0, _ALL), (2, 0.0, _ALL))
+    for power, footprint, free in kinds:
+        other = _fitted(patch, ridge.parameters, power, free, extent, spacing, footprint * spacing)
         if other.chi2 < ridge.chi2 - _BETTER * max(1.0, ridge.chi2 / max(len(patch.u_mm), 1)):
             ridge = other
     return ridge
@@ -215,13 +219,27 @@ def _best_of_grid(
 
 
 def _fitted(
-    patch: Patch, start: Floats, power: int, free: Bools, extent: tuple[float, float], spacing: float
+    patch: Patch,
+    start: Floats,
+    power: int,
+    free: Bools,
+    extent: tuple[float, float],
+    spacing: float,
+    footprint: float = 0.0,
 ) -> Ridge:
     """Levenberg-Marquardt over the free parameters; the slope only where the burr is long enough for one."""
     free = free.copy()
     free[2] &= bool(np.ptp(patch.u_mm) >= _LONG * spacing)
     parameters, chi2, normal = _descend(
-        patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm, start.copy(), power, free, 0.35 * spacing
+        patch.u_mm,
+        patch.v_mm,
+        patch.lift_mm,
+        patch.sigma_mm,
+        start.copy(),
+        power,
+        footprint,
+        free,
+        0.35 * spacing,
     )
     misfit = max(1.0, chi2 / max(len(patch.u_mm) - int(free.sum()), 1))
     noise = float(np.sqrt(misfit / max(normal[0, 0], 1e-300)))
@@ -233,6 +251,7 @@ def _fitted(
         chi2,
         noise,
         chi2 / len(patch.u_mm),
+        footprint,
     )
 
 
@@ -257,20 +276,13 @@ def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _equations(
-    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int
+    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, footprint: float
 ) -> tuple[float, Floats, Floats]:
     """Robust chi-square, gradient and normal matrix."""
     chi2, gradient, normal, row = 0.0, np.zeros(5), np.zeros((5, 5)), np.empty(5)
-    left, right, steepest = 1.0 / (p[3] * (1.0 - p[4])), 1.0 / (p[3] * (1.0 + p[4])), p[0] * power
+    left, right = p[3] * (1.0 - p[4]), p[3] * (1.0 + p[4])
     for i in range(len(u)):
-        x = v[i] - p[1] - p[2] * u[i]
-        side = right if x >= 0.0 else -left
-        q = x * side
-        shape, steep = 0.0, 0.0
-        if q < 1.0:
-            slope = q if power == 2 else 1.0
-            shape = 1.0 - slope * q
-            steep = steepest * slope
+        shape, by_x, by_left, by_right = section(v[i] - p[1] - p[2] * u[i], left, right, power, footprint)
         residual = lift[i] - p[0] * shape
         known = 1.0 / sigma[i]
         z, w = abs(residual) * known, known * known
@@ -279,13 +291,13 @@ def _equations(
             chi2 += 2.0 * _HUBER * z - _HUBER * _HUBER
         else:
             chi2 += z * z
-        if q >= 1.0:
+        if shape == 0.0:
             continue
         row[0] = shape
-        row[1] = steep * side
+        row[1] = -p[0] * by_x
         row[2] = row[1] * u[i]
-        row[3] = steep * q / p[3]
-        row[4] = steep * q * side * p[3]
+        row[3] = p[0] * (by_left * (1.0 - p[4]) + by_right * (1.0 + p[4]))
+        row[4] = p[0] * p[3] * (by_right - by_left)
         for j in range(5):
             gradient[j] += w * row[j] * residual
             for k in range(j, 5):
@@ -298,10 +310,18 @@ def _equations(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _descend(
-    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, free: Bools, narrowest: float
+    u: Floats,
+    v: Floats,
+    lift: Floats,
+    sigma: Floats,
+    p: Floats,
+    power: int,
+    footprint: float,
+    free: Bools,
+    narrowest: float,
 ) -> tuple[Floats, float, Floats]:
     damping = 1e-3
-    chi2, gradient, normal = _equations(u, v, lift, sigma, p, power)
+    chi2, gradient, normal = _equations(u, v, lift, sigma, p, power, footprint)
     for _ in range(_STEPS):
         system = np.eye(5)
         right = np.zeros(5)
@@ -316,7 +336,7 @@ def _descend(
         trial = p + np.linalg.solve(system, right)
         trial[3] = max(trial[3], narrowest)
         trial[4] = min(max(trial[4], -0.8), 0.8)
-        outcome, next_gradient, next_normal = _equations(u, v, lift, sigma, trial, power)
+        outcome, next_gradient, next_normal = _equations(u, v, lift, sigma, trial, power, footprint)
         if outcome < chi2:
             gain = chi2 - outcome
             p, chi2, gradient, normal = trial, outcome, next_gradient, next_normal
