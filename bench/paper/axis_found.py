@@ -125,7 +125,7 @@ def _table(n: Numbers) -> Table:
                 f"{np.median(evaluations):.0f}", str(len(errors)),
             ))  # fmt: skip
     heads = ("scan, method", "median error", "90 % below", "within 1°", "within 5°", "evaluations", "frames")
-    return Table(heads, tuple(rows), "The same scans in random frames")
+    return Table(heads, tuple(rows), "The same scans in random frames; no method is told the noise")
 
 
 def _title(n: Numbers, name: str) -> str:

@@ -24,7 +24,7 @@ def directions_of(grid: Floats) -> Floats:
 
 def unevenness(directions: Floats, *, bands: int = 8) -> float:
     """Most over fewest directions in bands of equal area between the poles; 1 is even."""
-    counts = np.histogram(directions[:, 2], bins=bands, range=(-1.0, 1.0 + 1e-9))[0]
+    counts = np.histogram(np.minimum(directions[:, 2] + 1e-9, 1.0), bins=bands, range=(-1.0, 1.0))[0]
     return float(counts.max() / max(counts.min(), 1))
 
 
