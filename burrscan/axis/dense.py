@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints, Ints32
 
 COARSE = 0.1
 """A mesh is coarse if half of its area is in faces with an edge longer than this, in rms radii."""
@@ -33,8 +33,8 @@ def densified(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
     """
     if len(points) > MOST_VERTICES or not _coarse(points, faces):
         return points, faces
-    # A scan's spikes have long faces too. The means of neighbours take them away, but no drawing's faces.
-    if not _coarse(_averaged(points, faces), faces):
+    # A scan's spikes have long faces too. The median of neighbours takes them away, but no drawing's faces.
+    if not _coarse(_without_spikes(points, faces), faces):
         return points, faces
     done = [np.empty((0, 3), np.int32)]
     while len(faces):
@@ -52,21 +52,32 @@ def densified(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
 def _coarse(points: Floats, faces: Ints32) -> bool:
     a, b, c = (points[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    long = _edge_lengths(points, faces).max(axis=1) > COARSE
-    return bool(area[long].sum() > 0.5 * area.sum())
+    return bool(area[_long(points, faces)].sum() > 0.5 * area.sum())
 
 
-def _averaged(points: Floats, faces: Ints32) -> Floats:
-    """Each vertex at the mean of the corners of its faces."""
-    count = np.bincount(faces.ravel(), minlength=len(points))
-    total = np.stack(
-        [
-            np.bincount(faces.ravel(), np.repeat(values[faces].sum(axis=1), 3), minlength=len(points))
-            for values in points.T
-        ],
-        axis=1,
-    )
-    return np.where(count[:, None] > 0, total / np.maximum(3 * count, 1)[:, None], points)
+def _long(points: Floats, faces: Ints32) -> Bools:
+    """(T,) faces with a long edge."""
+    return np.asarray(_edge_lengths(points, faces).max(axis=1) > COARSE)
+
+
+def _without_spikes(points: Floats, faces: Ints32) -> Floats:
+    """Corners of long faces at the median, by coordinate, of themselves and their neighbours.
+
+    Half of the neighbours would have to be spikes too. O(E log E) in the edges at such corners.
+    """
+    corners = np.unique(faces[_long(points, faces)])
+    ends = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    ends = np.concatenate([ends, ends[:, ::-1], np.column_stack([corners, corners])])
+    asked = np.zeros(len(points), np.bool_)
+    asked[corners] = True
+    pairs = np.unique(ends[asked[ends[:, 0]]], axis=0)
+    count = np.bincount(pairs[:, 0], minlength=len(points))[corners]
+    middle = np.cumsum(count) - count + count // 2
+    calm = points.copy()
+    for axis in range(3):
+        values = points[pairs[:, 1], axis]
+        calm[corners, axis] = values[np.lexsort((values, pairs[:, 0]))][middle]
+    return calm
 
 
 def _edge_lengths(points: Floats, faces: Ints32) -> Floats:
