@@ -420,8 +420,8 @@ def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, fl
     """Largest height along the burr and its standard deviation.
 
     The burr is cut into stretches of at least ``least_mm``, each with a height of its own. Where these differ
-    by no more than noise would make them (Cochran's Q, 1 %) the common height is the answer, else the
-    largest of the stretches' heights, each drawn to the mean by as much as noise may have moved it.
+    by no more than noise would make them (Cochran's Q, 1 %) the common height is the answer, else that of the
+    higher ones: see :func:`_largest`.
     """
     sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
@@ -448,18 +448,29 @@ def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> 
 def _largest(share: Floats, weight: Floats) -> tuple[float, float]:
     """Largest of several heights, relative to the common one, and its sigma; (1, 0) where all are alike.
 
-    A random-effects model: the spread of the true heights by DerSimonian & Laird (1986), then the posterior
-    mean of each.
+    Where the higher ones, at least half of them, are alike, it is their mean: the lower ones lie at corners
+    of the part, or the burr is lower there. Else a random-effects model: the spread of the true heights by
+    DerSimonian & Laird (1986), then the posterior mean of each.
     """
     known = weight > 0.2 * np.median(weight)
-    h, w = share[known], weight[known]
+    order = np.argsort(-share[known], kind="stable")
+    h, w = share[known][order], weight[known][order]
+    for count in range(len(h), max((len(h) - 1) // 2, 2), -1):
+        most, excess = _common(h[:count], w[:count])
+        if excess < chdtri(count - 1, _ALIKE):
+            if count == len(share):
+                return 1.0, 0.0
+            return most, float(np.sqrt(max(1.0 / w[:count].sum() - 1.0 / weight.sum(), 0.0)))
     if len(h) < 3:
         return 1.0, 0.0
-    mean = float(w @ h / w.sum())
-    excess = float(w @ (h - mean) ** 2)
-    if excess < chdtri(len(h) - 1, _ALIKE):
-        return 1.0, 0.0
+    mean, excess = _common(h, w)
     spread = (excess - len(h) + 1.0) / (w.sum() - w @ w / w.sum())
     drawn = mean + (h - mean) * spread / (spread + 1.0 / w)
-    most = int(np.argmax(drawn))
-    return float(drawn[most]), float(np.sqrt(1.0 / (w[most] + 1.0 / spread)))
+    highest = int(np.argmax(drawn))
+    return float(drawn[highest]), float(np.sqrt(1.0 / (w[highest] + 1.0 / spread)))
+
+
+def _common(height: Floats, weight: Floats) -> tuple[float, float]:
+    """Weighted mean, and Cochran's Q of the differences from it."""
+    mean = float(weight @ height / weight.sum())
+    return mean, float(weight @ (height - mean) ** 2)
