@@ -15,7 +15,7 @@ from bench.score.part import MeshEvidence, MeshTruth
 from burrscan.arrays import Floats
 from burrscan.pipeline import Pipeline, inspect_surface, stage_function
 from scenes.scene import scene_from
-from scenes.wheel import build_wheel
+from scenes.wheel import Wheel, build_wheel
 
 METRICS = ("axis_deg", "axis_offset_mm", "generatrix_rms_mm", "burr_found", "false_calls")
 STAGES = ("axis", "generatrix", "burrs")
@@ -47,17 +47,17 @@ def stage_seconds(scan: Scanned, pipeline: Pipeline, repeats: int) -> Floats:
 def measure(lab: Lab) -> Numbers:
     """Times per stage and scores of both variants, and of the seed's stages on the default's axis."""
     found: dict[str, Floats] = {}
+    scene = scene_from(paper_scene("wheel", scale=lab.scale), source="paper")
+    wheel = build_wheel(scene.wheel, scene.burrs)
     for name, scan in lab.pair("wheel").items():
         pipeline = PIPELINES[name]
         found[f"{name}_seconds"] = stage_seconds(scan, pipeline, lab.repeats(REPEATS))
         found[f"{name}_triangles"] = np.asarray(float(len(scan.faces)))
-        found[f"{name}_scores"] = np.array(_scores(lab, scan, pipeline))
+        found[f"{name}_scores"] = np.array(_scores(wheel, scan, pipeline))
     return found
 
 
-def _scores(lab: Lab, scan: Scanned, pipeline: Pipeline) -> list[float]:
-    scene = scene_from(paper_scene("wheel", scale=lab.scale), source="paper")
-    wheel = build_wheel(scene.wheel, scene.burrs)
+def _scores(wheel: Wheel, scan: Scanned, pipeline: Pipeline) -> list[float]:
     truth = MeshTruth(
         np.asarray(scan.arrays["T_part_camera"], float), wheel.generatrix_zr_mm, wheel.burrs, None
     )

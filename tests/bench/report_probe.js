@@ -1,7 +1,12 @@
 // What a page shows: the body of a function that runs in it (tests/bench/test_report_browser.py).
 const size = box => box.getBoundingClientRect();
 for (const one of document.querySelectorAll("details")) one.open = true;
-for (const one of document.querySelectorAll(".heat")) one.hidden = false;
+const pick = document.querySelector(".pick select");
+if (pick) {
+  pick.selectedIndex = pick.length - 1;
+  pick.dispatchEvent(new Event("change", { bubbles: true }));
+  await new Promise(next => setTimeout(next, 200));
+}
 const broken = [];
 await Promise.all([...document.images].map(image => image.decode().catch(() => broken.push(image.alt))));
 const boxes = [...document.querySelectorAll("figure img, figure svg, .forest svg, .stagebar, .solid")];
@@ -20,6 +25,7 @@ const found = {
   parts: Object.fromEntries([...document.querySelectorAll("#verdict, section")].map(one => [one.id,
     { height: size(one).height, words: one.innerText.length, pictures: one.querySelectorAll("svg, img").length }])),
   verdict: document.querySelector("#verdict").innerText,
+  heats: [...document.querySelectorAll(".heat")].map(one => ({ hidden: one.hidden, words: one.innerText })),
   commands: [...document.querySelectorAll(".case .command code")].map(one => one.textContent),
   cases: document.querySelectorAll(".case").length,
   loaded: performance.getEntriesByType("resource").map(one => one.name).filter(name => !name.startsWith("data:")),

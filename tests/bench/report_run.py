@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,12 +31,20 @@ COVERAGE = {
     ("turned", "adaptive"): 0.91,
     ("matte", "fixed"): 0.97,
     ("matte", "adaptive"): 0.975,
+    ("polished", "again"): 0.40,
+    ("turned", "again"): 0.54,
+    ("matte", "again"): 0.96,
 }
+GOALS = [
+    {"metric": "coverage", "at_least": 0.9, "variant": "adaptive"},
+    {"metric": "coverage", "at_least": 0.9, "where": {"finish": "polished"}, "variant": "fixed"},
+    {"metric": "axis_deg", "at_least": 0.001, "at_most": 0.5, "variant": "again"},
+]
 
 
-def made_up_suite() -> Suite:
-    """Three finishes, two seeds, two variants."""
-    document = {
+def made_up_suite(*, many: bool = False) -> Suite:
+    """Three finishes, two seeds, two variants; with ``many`` a third one, and goals."""
+    document: dict[str, Any] = {
         "name": "made-up",
         "title": "A made-up run, for <tests> & looks",
         "description": "Nothing here was measured.",
@@ -44,6 +53,9 @@ def made_up_suite() -> Suite:
         "seeds": [0, 1],
         "variant": [{"name": "fixed", "scan": "fixed"}, {"name": "adaptive", "scan": "adaptive"}],
     }
+    if many:
+        document["variant"].append({"name": "again", "scan": "fixed"})
+        document["goal"] = GOALS
     return suite_from(document, source="test")
 
 
@@ -54,9 +66,10 @@ def made_up_run(
     pictures: bool = True,
     stop_after: int = 99,
     budget: bool = False,
+    many: bool = False,
 ) -> Path:
     """Write a run; with ``fail`` the first result is missing, with ``stop_after`` the run is unfinished."""
-    suite, directory = made_up_suite(), RunDirectory(folder)
+    suite, directory = made_up_suite(many=many), RunDirectory(folder)
     cases = made_up_cases(suite)
     metrics = {
         name: {"title": m.title, "unit": m.unit, "better": m.better, "version": m.version, "source": m.source}
@@ -74,7 +87,10 @@ def made_up_run(
             records[0] = failed(records[0])
         append(directory.records, records)
         if pictures:
-            save_pictures(directory.case(case.id), case, skip="fixed" if fail and number == 0 else "")
+            seen = {variant.name for variant in suite.variant} - (
+                {"fixed"} if fail and number == 0 else set()
+            )
+            save_pictures(directory.case(case.id), case, sorted(seen))
     return folder
 
 
@@ -154,12 +170,12 @@ def failed(record: Record) -> Record:
     )
 
 
-def save_pictures(folder: Path, case: Case, *, skip: str = "") -> None:
+def save_pictures(folder: Path, case: Case, variants: Sequence[str]) -> None:
     """Pictures of a shiny drum with one ridge along its axis."""
     folder.mkdir(parents=True)
     random = np.random.default_rng(case.seed)
     np.savez_compressed(folder / "truth.npz", **_truth())
-    for name in {"fixed", "adaptive"} - {skip}:
+    for name in variants:
         coverage = COVERAGE[str(case.parameters["finish"]), name]
         np.savez_compressed(folder / f"{name}.npz", **_seen(name, coverage, random))
 

@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from bench.axis.revolution import grid_faces, revolution_scan
 from bench.cli import main
-from bench.paper import NAMES, build_paper
+from bench.paper import NAMES, build_paper, multiview, rivals
 from bench.paper.generatrix_band import thickness_mm
 from bench.paper.lab import Lab
 from bench.paper.landscape import bottoms, grid_of, minima_of
@@ -22,8 +22,10 @@ from bench.paper.range_scan import mesh_counts, triangles_of
 from bench.paper.ransac_table import REJECTED, ROUNDS, TOLERANCES_MM, implied_sigma_mm, rounds_within
 from bench.paper.sampling import directions_of, distinct, farthest_deg, unevenness
 from bench.paper.sources import source_of
+from burrscan.axis import find_axis
 from burrscan.axis.seed import orientation_grid
 from burrscan.errors import InputError
+from tests.bench.paper_lab import MadeUpLab
 
 
 def test_the_printed_rounds_fit_the_printed_shares() -> None:
@@ -157,3 +159,21 @@ def test_thickness_of_a_band_of_known_width() -> None:
     rng = np.random.default_rng(3)
     z, r = rng.uniform(-30.0, 30.0, 40_000), rng.uniform(90.0, 96.0, 40_000)
     np.testing.assert_allclose(thickness_mm(z, r), 6.0, atol=0.25)
+
+
+def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On made-up scans: the whole page is one file, every claim is judged, what differs has its reason."""
+    monkeypatch.setattr(multiview, "SPINS_DEG", {1: (0.0,), 2: (0.0, 90.0)})
+    # the slowest of them takes a second a mesh, and has tests of its own
+    monkeypatch.setattr(rivals, "find_axis", lambda vertices, faces, method: find_axis(vertices, faces))  # noqa: ARG005
+    lab = MadeUpLab(tmp_path / "work", quick=True, code="made up")
+    text = build_paper(lab, tmp_path / "page.html").read_text("utf-8")
+    assert not re.search(r'(?:src|href)="(?!data:|#)', text)
+    words = re.sub(r"data:[^\"']+", "", text)
+    assert not re.findall(r".{60}\bnan\b.{20}", words)
+    for name in NAMES:
+        assert words.count(f'<section id="{name}"') == 1
+    rows = re.findall(r"<tr><th><a href.*?</tr>", words)
+    assert len(rows) == words.count('class="agrees') > 30
+    unexplained = [row for row in rows if 'class="agrees no"' in row and 'class="why"' not in row]
+    assert not unexplained

@@ -23,7 +23,7 @@ EIGHT = {  # of each part: how many pictures it has at least
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
     folder = tmp_path_factory.mktemp("browser")
-    run = load_run(made_up_run(folder / "run", fail=True, budget=True))
+    run = load_run(made_up_run(folder / "run", fail=True, budget=True, many=True))
     comparison = compare_runs(run, run, variants=("adaptive", "fixed"))
     files = {
         "run": build_report(run.directory.path),
@@ -37,7 +37,8 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
 def test_all_eight_parts_are_there(seen: Seen, name: str) -> None:
     found = seen.told[name]
     assert "probe" not in found
-    assert list(found["parts"]) == [*list(EIGHT)[:-1], "failures", "provenance", "read"]
+    verdict, *others = EIGHT
+    assert list(found["parts"]) == [verdict, "goals", *others[:-1], "failures", "provenance", "read"]
     for part, pictures in EIGHT.items():
         shown = found["parts"][part]
         assert shown["height"] > 40
@@ -46,6 +47,15 @@ def test_all_eight_parts_are_there(seen: Seen, name: str) -> None:
     assert found["cases"] >= 2
     assert len(found["commands"]) == found["cases"]
     assert all(command.startswith("burrscan run made-up --case ") for command in found["commands"])
+
+
+@pytest.mark.parametrize("name", ["run-1400", "run-390"])
+def test_a_heat_map_of_another_variant_is_unpacked_when_chosen(seen: Seen, name: str) -> None:
+    first, second, third = seen.told[name]["heats"]
+    assert [heat["hidden"] for heat in (first, second, third)] == [True, True, False]
+    assert second["words"] == ""
+    assert "Coverage" in third["words"]
+    assert "39.5" in third["words"]  # per cent of the polished cases: 40 of seed 0, 39 of seed 1
 
 
 @pytest.mark.parametrize("name", PAGES)
