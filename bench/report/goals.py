@@ -76,8 +76,10 @@ def _line(rows: Sequence[GoalRow]) -> GoalLine:
 
 
 def _wanted(row: GoalRow, unit: str) -> str:
-    bounds = (("≥", row.goal.at_least), ("≤", row.goal.at_most))
-    return " and ".join(f"{sign} {shown(bound, unit)}" for sign, bound in bounds if bound is not None)
+    low, high = row.goal.at_least, row.goal.at_most
+    if low is not None and high is not None:
+        return f"{shown(low, unit)} to {shown(high, unit)}"
+    return f"≥ {shown(low, unit)}" if low is not None else f"≤ {shown(high or 0.0, unit)}"
 
 
 def _cell(row: GoalRow, unit: str) -> GoalCell:

@@ -102,7 +102,7 @@ def _grouping(values: Sequence[Any]) -> _Grouping:
         return _Grouping(tuple(str(value) for value in different), str)
     count = min(max(math.isqrt(len(different) // _SCENES), 2), _MOST_GROUPS)
     edges = np.quantile(np.array(different, float), np.linspace(0.0, 1.0, count + 1))
-    names = tuple(f"{a:.3g} to {b:.3g}" for a, b in itertools.pairwise(edges))
+    names = tuple(f"{a:.3g}\u00a0to {b:.3g}" for a, b in itertools.pairwise(edges))
     return _Grouping(names, lambda v: names[int(np.searchsorted(edges[1:-1], v, side="right"))])
 
 

@@ -141,14 +141,15 @@ def _row(css: str, label: str, item: Detection) -> PodRow:
         label,
         css,
         f"{hits}/{trials}",
-        _sizes(fit) if fit and not why_not else ("", "", "no size"),
+        told_sizes(fit) if fit and not why_not else ("", "", "no size"),
         _digits(item.false_calls_per_wheel) if item.wheels else "–",
         interval,
         why_not,
     )
 
 
-def _sizes(fit: PodCurve) -> tuple[str, str, str]:
+def told_sizes(fit: PodCurve) -> tuple[str, str, str]:
+    """a50, a90 and a90/95 as texts."""
     return _size(fit.a50, fit), _size(fit.a90, fit), _size(fit.a90_95, fit)
 
 
