@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -192,12 +192,17 @@ class Comparison:
     def sentence(self) -> str:
         """The verdict in one sentence."""
         gated = [row for arm in self.arms for row in arm.rows if row.gated]
-        words = []
+        named, counted = [], []
         for verdict in ("worse", "better", "equivalent", "inconclusive", "not comparable"):
             rows = [row for row in gated if row.verdict == verdict]
             if rows and verdict in {"worse", "better"}:
-                words.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in rows))}")
+                named.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in rows))}")
             elif rows:
-                words.append(f"{len(rows)} {verdict}")
+                counted.append(f"{verdict} in {len(rows)}")
+        others = [f"{_listed(counted)} of {len(gated)} gated metrics"] if counted else []
         head = {0: "Nothing gated is worse", 1: "A gate is broken", 2: "Not all of it can be compared"}
-        return f"{head[self.exit_code]}: {self.new} against {self.base} is {'; '.join(words)}."
+        return f"{head[self.exit_code]}: {self.new} against {self.base} is {'; '.join([*named, *others])}."
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
