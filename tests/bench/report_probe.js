@@ -5,7 +5,8 @@ const pick = document.querySelector(".pick select");
 if (pick) {
   pick.selectedIndex = pick.length - 1;
   pick.dispatchEvent(new Event("change", { bubbles: true }));
-  await new Promise(next => setTimeout(next, 200));
+  const last = [...document.querySelectorAll(".heat")].at(-1);
+  for (let turn = 0; turn < 100 && last.hidden; turn++) await new Promise(next => setTimeout(next, 50));
 }
 const broken = [];
 await Promise.all([...document.images].map(image => image.decode().catch(() => broken.push(image.alt))));
