@@ -95,30 +95,31 @@ def draw(n: Numbers) -> Section:
     """Flops and tests per vertex, and time per vertex, over V."""
     rows = n["rows"]
     V, flops, tests, each, default = rows[:, 0], rows[:, 2], rows[:, 3], rows[:, 4], rows[:, 5]
-    size = np.log10(V)
     model = np.array([modelled(int(v)) for v in V])
     counts = chart(
         {
-            "v0": np.column_stack([size, flops / V]),
-            "v5": np.column_stack([size, model[:, 0] / V]),
-            "v2": np.column_stack([size, tests / V]),
+            "v0": np.column_stack([V, flops / V]),
+            "v5": np.column_stack([V, model[:, 0] / V]),
+            "v2": np.column_stack([V, tests / V]),
         },
-        "log₁₀ of the number of vertices V",
+        "vertices V",
         "operations per vertex",
         "operations per vertex over V",
+        log=(True, False),
         y=(0.0, 1.08 * float((flops / V).max())),
     )
     times = chart(
         {
-            "v0": np.column_stack([size, np.log10(1e3 * each)]),
-            "v1": np.column_stack([size, np.log10(1e3 * default)]),
+            "v0": np.column_stack([V, 1e3 * each]),
+            "v1": np.column_stack([V, 1e3 * default]),
         },
-        "log₁₀ of the number of vertices V",
-        "log₁₀ of processor time, ms",
+        "vertices V",
+        "processor time, ms",
         "time over V",
+        log=(True, True),
     )
-    slope = float(np.polyfit(size[-4:], np.log10(each[-4:]), 1)[0])
-    default_slope = float(np.polyfit(size[-4:], np.log10(default[-4:]), 1)[0])
+    slope = float(np.polyfit(np.log10(V[-4:]), np.log10(each[-4:]), 1)[0])
+    default_slope = float(np.polyfit(np.log10(V[-4:]), np.log10(default[-4:]), 1)[0])
     last = flops[-1] / V[-1], tests[-1] / V[-1]
     per_vertex = 1e9 * each[-1] / V[-1]
     table = tuple(

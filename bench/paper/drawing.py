@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bench.report import pictures
-from bench.report.axes import WIDTH, Axes, padded
+from bench.report.axes import WIDTH, Axes, log_marks, padded
 from bench.report.figures import picture
 from burrscan.arrays import Bools, Floats, Levels
 
@@ -104,10 +104,15 @@ def chart(
     marks: bool = True,
     y: tuple[float, float] | None = None,
     height: float = 240.0,
+    log: tuple[bool, bool] = (False, False),
 ) -> Markup:
-    """Curves (N, 2) by style class, their points marked."""
+    """Curves (N, 2) by style class, their points marked; axes are logarithmic where ``log`` says so."""
+    logs = np.array(log)
+    curves = {css: np.where(logs, np.log10(np.where(logs, c, 1.0)), c) for css, c in curves.items()}
     every = np.concatenate(list(curves.values()))
-    axes = Axes(padded(every[:, 0]), y or padded(every[:, 1]), x_title, y_title, height)
+    ends = padded(every[:, 0]), y or padded(every[:, 1])
+    marks_of = [log_marks(*end) if is_log else () for end, is_log in zip(ends, log, strict=True)]
+    axes = Axes(*ends, x_title, y_title, height, *marks_of)
     parts = [axes.line(curve, f"curve {css}") for css, curve in curves.items()]
     if marks:
         parts += [spot(axes, row, f"dot {css}", 3.0) for css, c in curves.items() for row in c[known_rows(c)]]

@@ -46,10 +46,10 @@ def _row(scan: Scanned, share: float, frames: int) -> list[float]:
 def draw(n: Numbers) -> Section:
     """Error and time over triangles."""
     rows = n["rows"]
-    size = np.log10(rows[:, 1])
+    size = rows[:, 1]
     errors = {
-        "v0": np.column_stack([size, np.log10(rows[:, 3])]),
-        "v1": np.column_stack([size, np.log10(rows[:, 5])]),
+        "v0": np.column_stack([size, rows[:, 3]]),
+        "v1": np.column_stack([size, rows[:, 5]]),
     }
     times = {"v0": _ms(size, rows[:, 4]), "v1": _ms(size, rows[:, 6]), "v5": _ms(size[1:], rows[1:, 2])}
     tenth = rows[KEPT.index(0.1)]
@@ -99,13 +99,13 @@ def draw(n: Numbers) -> Section:
         pictures=(
             Picture(
                 "Axis error",
-                chart(errors, "log₁₀ of triangles", "log₁₀ of error, degrees", "error over triangles"),
+                chart(errors, "triangles", "error, degrees", "error over triangles", log=(True, True)),
                 "",
                 legend,
             ),
             Picture(
                 "Processor time",
-                chart(times, "log₁₀ of triangles", "log₁₀ of ms", "time over triangles"),
+                chart(times, "triangles", "processor time, ms", "time over triangles", log=(True, True)),
                 "",
                 (*legend, ("v5", "simplifying")),
             ),
@@ -128,4 +128,4 @@ def draw(n: Numbers) -> Section:
 
 
 def _ms(size: Floats, seconds: Floats) -> Floats:
-    return np.column_stack([size, np.log10(np.maximum(1e3 * seconds, 1e-2))])
+    return np.column_stack([size, np.maximum(1e3 * seconds, 1e-2)])
