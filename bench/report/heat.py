@@ -24,6 +24,7 @@ _SCENES = 4  # of a random design in a cell of two parameters, about: fewer say 
 _BESIDE = 2  # sides that are shown beside each other; more are shown one at a time
 _DARKEST = 0.62
 _SATURATED = 30.0  # margins at which a difference has its full colour
+_LETTER_PX, _CELL_PX = 7, 64
 _NOT_SWEPT = {"seed", POINT}
 
 Key = tuple[str, str]
@@ -59,6 +60,15 @@ class HeatView:
     down: str
     across: str
     tables: tuple[HeatTable, ...]
+
+    @property
+    def width_px(self) -> int:
+        """What its tables need, by the letters in their heads; heads break between words."""
+        words = [max(map(len, name.split(" "))) for table in self.tables[:1] for name in table.columns]
+        names = [len(name) for table in self.tables[:1] for name, _ in table.rows]
+        return (
+            max(names, default=0) * _LETTER_PX + sum(max(n * _LETTER_PX + 16, _CELL_PX) for n in words) + 24
+        )
 
 
 @dataclass(frozen=True)

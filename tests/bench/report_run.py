@@ -119,7 +119,7 @@ def made_up_record(case: Case, variant: str) -> Record:
     burr = {
         "kind": "axial_ridge",
         "side": "protrusion",
-        "height_mm": 1.0,
+        "height_mm": 1.0 + case.seed,
         "width_mm": 1.5,
         "visible_mm": 30.0,
         "covered_mm": 30.0 * coverage,
