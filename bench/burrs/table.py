@@ -21,6 +21,8 @@ HEIGHTS_MM = (2.0, 1.5)
 WIDTH_DEG = 0.6
 SIGMA_MM = 0.05
 WITHIN_DEG = 1.0
+MEAN_RADIUS_MM = 91.22
+"""Of the stepped wheel, along its curve: where a burr all along it has its mean cross-section."""
 CLEAN: tuple[tuple[str, float, Disturbance], ...] = (
     *(("independent", arc, Disturbance(s)) for arc in (140.0, 60.0) for s in (0.05, 0.2, 1.0)),
     *(("correlated", arc, Disturbance(s, correlated=True)) for arc in (140.0, 60.0) for s in (0.05, 0.2)),
@@ -82,7 +84,7 @@ def _count(row: Row, turns: tuple[float, float], seed: int) -> None:
         turn_deg=float(rng.uniform(*turns)), noise=Disturbance(SIGMA_MM), seed=seed, burrs=(burr,)
     )
     inspection = inspect_mesh(scan.vertices_mm, scan.faces)
-    angles = [_angle_error_deg(scan, found, burr) for found in inspection.burrs]
+    angles = [angle_error_deg(scan, found, burr) for found in inspection.burrs]
     right = [abs(angle) < WITHIN_DEG for angle in angles]
     row.runs, row.false = row.runs + 1, row.false + len(right) - sum(right)
     row.bounds.append(cramer_rao(_places(scan), burr, sigma_mm=SIGMA_MM))
@@ -93,13 +95,13 @@ def _count(row: Row, turns: tuple[float, float], seed: int) -> None:
 
 
 def _measured(row: Row, found: Burr, angle_error_deg: float, burr: RidgeBurr) -> None:
-    area = 0.5 * burr.height_mm * np.radians(burr.width_deg) * 90.0
+    area = 0.5 * burr.height_mm * np.radians(burr.width_deg) * MEAN_RADIUS_MM
     row.add("angle_deg", Value(angle_error_deg, found.angle_deg.sigma), 0.0)
     row.add("height_mm", found.height_mm, burr.height_mm)
     row.add("area_mm2", found.area_mm2, area)
 
 
-def _angle_error_deg(scan: RevolutionScan, found: Burr, burr: RidgeBurr) -> float:
+def angle_error_deg(scan: RevolutionScan, found: Burr, burr: RidgeBurr) -> float:
     """Angle about the true axis of the burr's pose, less the true one."""
     place = scan.T_mesh_part[:3, :3].T @ (found.T_mesh_burr[:3, 3] - scan.T_mesh_part[:3, 3])
     turn = np.degrees(np.arctan2(place[1], place[0])) - burr.angle_deg

@@ -21,6 +21,11 @@ _STRETCH = 6.0
 _LEAST_SIGNIFICANCE = 4.0
 _NO_TRIANGLE = 0.02
 """Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
+_NO_HEIGHT = 0.5
+"""Share of a burr's height by which heights in corners of the part may be wrong."""
+_CORNER = np.cos(np.radians(20.0))
+"""Within a burr's height along the curve the normal turns by more in a corner."""
+_MOST_CORNERED = 0.35
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 
@@ -114,10 +119,26 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
     y = field.along_mm[site.chosen] - (weight * field.along_mm[site.chosen]).sum() / weight.sum()
     direction = _direction(x, y, weight)
     a, b = direction
-    sigma = np.hypot(
-        field.sigma_mm[site.chosen] * site.inflation, _NO_TRIANGLE * np.quantile(lift[site.on], 0.9)
-    )
+    high = float(np.quantile(lift[site.on], 0.9))
+    sigma = np.hypot(field.sigma_mm[site.chosen] * site.inflation, _NO_TRIANGLE * high)
+    cornered = _cornered(field, site, high)
+    sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
     return _Frame(middle, direction, radius, Patch(x * a + y * b, y * a - x * b, lift, sigma))
+
+
+def _cornered(field: Field, site: Site, high: float) -> Bools:
+    """(M,) True for vertices so near a corner of the generatrix that a burr's heights are not seen there.
+
+    In a corner the nearest place on the curve is not the one below. Not where much of the burr is in corners:
+    burrs along an edge are known by nothing else.
+    """
+    along, normal = field.along_mm[site.chosen], field.normal[site.chosen]
+    order = np.argsort(along, kind="stable")
+    ends = np.searchsorted(along[order], [along - high, along + high])
+    turned = [(normal * normal[order[np.minimum(end, len(order) - 1)]]).sum(axis=1) for end in ends]
+    cornered: Bools = np.minimum(*turned) < _CORNER
+    few = np.count_nonzero(cornered & site.on) < _MOST_CORNERED * np.count_nonzero(site.on)
+    return cornered if few else np.zeros_like(cornered)
 
 
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:

@@ -8,7 +8,7 @@ where the mass is: for vertices askew to the burr that is a point, for columns a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -32,6 +32,12 @@ STEEPEST = 3.6
 """Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
 _MOST_SHIFT = 0.5
 """How far a turn may move an end of the burr in one pass, in vertex spacings."""
+_OPEN = 0.02
+"""Relative sigma of the width from which directions are summed over too."""
+_STEP, _MOST_STEPS = 0.015, 15
+"""Steps of the direction: how far an end of the burr moves, in vertex spacings, and how many."""
+_NO_SHARE = 6.0
+"""Logarithm of the posterior below the best's at which a direction does not count."""
 _WITHIN_E = 1.0
 """How far, in logarithms, a height is from its base's width."""
 _FEWEST = 5
@@ -62,6 +68,10 @@ class Posterior:
         Least weighted sum of squares.
     noise_mm
         Standard deviation of the height, all else known.
+    misfit
+        ``chi2`` per degree of freedom, at least 1: by so much chi-square is held to be too large.
+    volume
+        Logarithm of the whole of the posterior over its peak.
 
     """
 
@@ -69,6 +79,12 @@ class Posterior:
     covariance: Floats
     chi2: float
     noise_mm: float
+    misfit: float
+    volume: float
+
+    def evidence(self, misfit: float) -> float:
+        """Logarithm of the whole, up to a constant, for some common misfit."""
+        return self.volume - 0.5 * self.chi2 / misfit
 
 
 @dataclass(frozen=True)
@@ -107,12 +123,20 @@ def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted:
     -----
     Prior: even in place and in the logarithms of height and width, but for a height that is the base's width
     within a factor e (one sigma), and no spike. The height is integrated out; the direction is the best for
-    each place and width. Outliers count with Huber's weights. O(N log N) for each of a few passes: sums over
-    the flanks are differences of running sums.
+    each place and width, or integrated out too where it leaves the width open. Outliers count with Huber's
+    weights. O(N log N) for each of a few passes: sums over the flanks are differences of running sums.
 
     """
-    grid = _first(float(start[1]), spacing_mm)
-    most = _MOST_SHIFT * spacing_mm / max(float(np.abs(crossed.u_mm).max()), spacing_mm) if slanted else 0.0
+    reach = max(float(np.abs(crossed.u_mm).max()), spacing_mm)
+    most = _MOST_SHIFT * spacing_mm / reach if slanted else 0.0
+    found = _converged(crossed, start, _first(float(start[1]), spacing_mm), most)
+    if found is None or not slanted or found.covariance[3, 3] < (_OPEN * found.mean[3]) ** 2:
+        return found
+    return _over_slants(crossed, found, _STEP * spacing_mm / reach, spacing_mm)
+
+
+def _converged(crossed: Crossed, start: Floats, grid: _Grid, most: float) -> Posterior | None:
+    """The posterior on the grid that is fine enough, turns of the start by up to ``most`` a pass allowed."""
     model, result = start, None
     for _ in range(_PASSES):
         weight = _weights(crossed, model)
@@ -131,6 +155,46 @@ def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted:
             break
         grid = finer
     return result
+
+
+def _over_slants(crossed: Crossed, found: Posterior, step: float, spacing: float) -> Posterior:
+    """The posterior over directions too, where width, place and direction trade against each other.
+
+    Columns that are nearly along the burr cross it once, at a place that each direction puts elsewhere. The
+    directions go up and down from the best in steps as long as they have a share in the whole.
+    """
+    parts, least = [found], found.evidence(found.misfit) - _NO_SHARE
+    for way in (1.0, -1.0):
+        start = found
+        for k in range(1, _MOST_STEPS + 1):
+            model = start.mean.copy()
+            model[2] = found.mean[2] + way * k * step
+            part = _converged(crossed, model, _first(float(model[1]), spacing), 0.0)
+            if part is None or part.evidence(found.misfit) < least:
+                break
+            parts.append(part)
+            start = part
+    if len(parts) == 1:
+        return found
+    return _mixed(parts, found.misfit)
+
+
+def _mixed(parts: list[Posterior], misfit: float) -> Posterior:
+    """Mean and covariance of the whole, heights and widths in logarithms."""
+    evidence = np.array([part.evidence(misfit) for part in parts])
+    mass = np.exp(evidence - evidence.max())
+    mass /= mass.sum()
+    scales = np.array([[part.mean[0], 1.0, 1.0, part.mean[3]] for part in parts])
+    values = np.array([part.mean for part in parts])
+    values[:, [0, 3]] = np.log(values[:, [0, 3]])
+    mean = mass @ values
+    off = values - mean
+    own = [part.covariance / np.outer(scale, scale) for part, scale in zip(parts, scales, strict=True)]
+    covariance = np.einsum("k,kij->ij", mass, np.array(own)) + (mass[:, None] * off).T @ off
+    mean[[0, 3]] = np.exp(mean[[0, 3]])
+    scale = np.array([mean[0], 1.0, 1.0, mean[3]])
+    best = min(parts, key=lambda part: part.chi2)
+    return replace(best, mean=mean, covariance=covariance * np.outer(scale, scale))
 
 
 def _first(middle: float, spacing: float) -> _Grid:
@@ -207,10 +271,10 @@ def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterio
     half = halves[some]
     step = np.broadcast_to(np.ptp(grid.place_mm, axis=1)[:, None], some.shape)[some]
     aspect = np.log(h / (2.0 * half)) / _WITHIN_E
-    mass = (
-        np.exp(-0.5 * ((nodes.chi2[some] - least) / misfit + aspect**2)) * step / (h * np.sqrt(information))
-    )
-    mass /= mass.sum()
+    cell = step * np.ptp(np.log(grid.half_mm)) / (h * np.sqrt(information))
+    mass = cell * np.exp(-0.5 * ((nodes.chi2[some] - least) / misfit + aspect**2))
+    total = float(mass.sum())
+    mass /= total
     values = np.stack([np.log(h), c, slope + nodes.turn[some], np.log(half)])
     mean = values @ mass
     off = values - mean[:, None]
@@ -219,7 +283,8 @@ def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterio
     mean[[0, 3]] = np.exp(mean[[0, 3]])
     scale = np.array([mean[0], 1.0, 1.0, mean[3]])
     noise = float(np.sqrt(misfit / information[int(np.argmin(nodes.chi2[some]))]))
-    return Posterior(mean, covariance * np.outer(scale, scale), least, noise)
+    volume = float(np.log(max(total, 1e-300)))
+    return Posterior(mean, covariance * np.outer(scale, scale), least, noise, misfit, volume)
 
 
 def _zoomed(grid: _Grid, chi2: Floats) -> _Grid | None:

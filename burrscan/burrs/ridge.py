@@ -179,7 +179,7 @@ def _richest(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     kinds = ((1, 1.0, _SYMMETRIC), (2, 0.0, _SYMMETRIC), (1, 0.0, _ALL), (1, 1.0, _ALL), (2, 0.0, _ALL))
     for power, footprint, free in kinds:
         other = _fitted(patch, ridge.parameters, power, free, extent, spacing, footprint * spacing)
-        if other.chi2 < ridge.chi2 - _BETTER * max(1.0, ridge.chi2 / max(len(patch.u_mm), 1)):
+        if other.chi2 < ridge.chi2 - _BETTER * max(1.0, ridge.chi2 / max(len(patch.u_mm), 1)) ** 2:
             ridge = other
     return ridge
 
