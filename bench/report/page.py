@@ -220,21 +220,29 @@ def _failures(panels: Sequence[Panel]) -> list[dict[str, Any]]:
 
 
 def _index(panel: Panel, anchors: Mapping[tuple[int, str], str]) -> dict[str, Any]:
-    """A line per case: its parameters, each side's key figures, a link where there are pictures."""
+    """A line per case: what it is, each side's key figures, a link where there are pictures."""
     there = summary.true_burrs(panel.records)
     known = {record.case: record for record in panel.records}
+    drawn = tuple(dict.fromkeys(name for record in known.values() for name in _drawn(record)))
     heads = ("coverage, %",) * summary.scanned(panel.records) + ("axis, deg", "burrs", "false calls")
     lines = [
         {
             "anchor": anchors.get((id(panel), case), ""),
-            "parameters": known[case].parameters,
+            "name": case.replace(",", ", "),
+            "drawn": [known[case].parameters.get(name, "–") for name in drawn],
             "cells": [
                 _index_cells(side.records.get(case), there[case])[-len(heads) :] for side in panel.sides
             ],
         }
         for case in known
     ]
-    return {"heads": heads, "lines": lines}
+    return {"heads": heads, "drawn": [name.rpartition(".")[2] for name in drawn], "lines": lines}
+
+
+def _drawn(record: Record) -> tuple[str, ...]:
+    """Parameters that a case's name does not tell: those of a random design, for which a point stands."""
+    told = {part.partition("=")[0] for part in record.case.split(",")}
+    return tuple(name for name in record.parameters if name not in told)
 
 
 def _index_cells(record: Record | None, burrs: int) -> tuple[str, ...]:

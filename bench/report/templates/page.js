@@ -2,6 +2,16 @@
 const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
 const inflated = data => new Response(new Blob([data]).stream().pipeThrough(new DecompressionStream("deflate")));
 
+// long tables are unpacked when they are opened
+for (const box of document.querySelectorAll("details[data-packed]")) {
+  box.addEventListener("toggle", async () => {
+    const { packed } = box.dataset;
+    if (!packed || !box.open) return;
+    delete box.dataset.packed;
+    box.insertAdjacentHTML("beforeend", await inflated(bytes(packed)).text());
+  });
+}
+
 // one heat map of many is shown; the others are unpacked when they are asked for
 for (const pick of document.querySelectorAll(".pick")) {
   const heats = [], choices = [...pick.querySelectorAll("select")];
