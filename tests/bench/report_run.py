@@ -42,7 +42,7 @@ GOALS = [
 ]
 
 
-def made_up_suite(*, many: bool = False) -> Suite:
+def made_up_suite(*, many: bool = False, seeds: int = 2) -> Suite:
     """Three finishes, two seeds, two variants; with ``many`` a third one, and goals."""
     document: dict[str, Any] = {
         "name": "made-up",
@@ -50,7 +50,7 @@ def made_up_suite(*, many: bool = False) -> Suite:
         "description": "Nothing here was measured.",
         "scene": {"finish": "matte", "burr": [{"kind": "axial_ridge", "height_mm": 1.0}]},
         "sweep": {"finish": ["polished", "turned", "matte"]},
-        "seeds": [0, 1],
+        "seeds": list(range(seeds)),
         "variant": [{"name": "fixed", "scan": "fixed"}, {"name": "adaptive", "scan": "adaptive"}],
     }
     if many:
@@ -67,9 +67,10 @@ def made_up_run(
     stop_after: int = 99,
     budget: bool = False,
     many: bool = False,
+    seeds: int = 2,
 ) -> Path:
     """Write a run; with ``fail`` the first result is missing, with ``stop_after`` the run is unfinished."""
-    suite, directory = made_up_suite(many=many), RunDirectory(folder)
+    suite, directory = made_up_suite(many=many, seeds=seeds), RunDirectory(folder)
     cases = made_up_cases(suite)
     metrics = {
         name: {"title": m.title, "unit": m.unit, "better": m.better, "version": m.version, "source": m.source}

@@ -358,3 +358,12 @@ def test_a_burr_found_at_no_angle_is_left_out_of_the_map(tmp_path: Path) -> None
         ring = {**arrays, "burr_angle_deg": np.array([np.nan], np.float32)}
     np.savez_compressed(kept, **ring)
     assert build_report(run).exists()
+
+
+def test_a_long_index_of_cases_is_packed_and_whole(tmp_path: Path) -> None:
+    folder = made_up_run(tmp_path / "run", pictures=False, seeds=9)
+    page = build_report(folder).read_text("utf-8")
+    (packed,) = re.findall(r'<details class="index" data-packed="([^"]+)">', page)
+    table = Page(zlib.decompress(base64.b64decode(packed)).decode())
+    for record in load_run(folder).records:
+        assert record.case.replace(",", ", ") in table.words
