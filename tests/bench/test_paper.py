@@ -14,7 +14,7 @@ from bench.cli import main
 from bench.paper import NAMES, build_paper, multiview, rivals
 from bench.paper.generatrix_band import thickness_mm
 from bench.paper.lab import Lab
-from bench.paper.landscape import bottoms, grid_of, minima_of
+from bench.paper.minima import bottoms, grid_of, minima_of
 from bench.paper.noise import along_rays
 from bench.paper.orientation import angles_of, direction_of, sectioned
 from bench.paper.plane_scans import PERIOD_PX, harmonic_of
