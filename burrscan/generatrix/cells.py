@@ -110,12 +110,21 @@ def arc_of(angle: Floats) -> tuple[float, float]:
     """Start and extent (radians) of the shortest arc that holds all angles, to half a degree. O(V)."""
     bins = 720
     width = 2.0 * np.pi / bins
-    place = np.floor((angle[np.isfinite(angle)] + np.pi) / width).astype(np.int64) % bins
-    used = np.flatnonzero(np.bincount(place, minlength=bins))
+    used = np.flatnonzero(_occupied(angle, width, bins))
     gaps = np.diff(used, append=used[0] + bins)
     widest = int(np.argmax(gaps))
     start = used[(widest + 1) % len(used)]
     return float(start * width - np.pi), float((bins - gaps[widest] + 1) * width)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _occupied(angle: Floats, width: float, bins: int) -> Bools:
+    """Which of the bins of a full turn hold an angle; NaN is none."""
+    occupied = np.zeros(bins, np.bool_)
+    for i in range(len(angle)):
+        if np.isfinite(angle[i]):
+            occupied[int((angle[i] + np.pi) / width) % bins] = True
+    return occupied
 
 
 def scale_of(profile: Profile) -> Scale:
