@@ -264,39 +264,40 @@ def _feet(
     segments: Ints32,
     overshoot: float,
 ) -> tuple[Ints32, Floats, Floats]:
-    segment = np.full(len(z), -1, np.int32)
-    place, signed = np.zeros(len(z)), np.full(len(z), np.nan)
+    segment, place, signed = np.empty(len(z), np.int32), np.empty(len(z)), np.empty(len(z))
     a, b, dz, dr, inverse = _unpacked(nodes, starts)
+    root = np.sqrt(inverse)
+    earliest, latest = (
+        np.where(begins, -overshoot * root, -np.inf),
+        np.where(ends, 1.0 + overshoot * root, np.inf),
+    )
+    per, low_z, low_r = 1.0 / side, low[0], low[1]
     for i in range(len(z)):
-        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
-        if not (0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]):
-            continue
-        cell = index[np.uint32(u), np.uint32(v)]
-        if cell < 0:
-            continue
-        best, least, facing = -1, np.inf, 0.0
-        for j in range(first[cell], first[cell + 1]):
-            k = segments[j]
-            x, y = z[i] - a[k], r[i] - b[k]
-            t = min(max((x * dz[k] + y * dr[k]) * inverse[k], 0.0), 1.0)
-            square = (x - t * dz[k]) ** 2 + (y - t * dr[k]) ** 2
-            if square > least * (1.0 + 1e-12):
-                continue
-            # At a corner two segments are equally near: the one that sees the point more squarely gives the
-            # sign.
-            depth = (y * dz[k] - x * dr[k]) ** 2 * inverse[k]
-            if square < least * (1.0 - 1e-12) or depth > facing:
-                best, least, facing = k, square, depth
-        if best < 0:
-            continue
-        x, y = z[i] - a[best], r[i] - b[best]
-        length = 1.0 / np.sqrt(inverse[best])
-        t = (x * dz[best] + y * dr[best]) * inverse[best]
-        if (begins[best] and -t * length > overshoot) or (ends[best] and (t - 1.0) * length > overshoot):
-            continue
-        segment[i] = best
-        place[i] = min(max(t, 0.0), 1.0)
-        open_end = (begins[best] and t < 0.0) or (ends[best] and t > 1.0)
-        depth = (y * dz[best] - x * dr[best]) / length
-        signed[i] = depth if open_end else np.copysign(np.sqrt(least), depth)
+        zi, ri = z[i], r[i]
+        u, v = (zi - low_z) * per, (ri - low_r) * per
+        inside = (u >= 0.0) & (u < index.shape[0]) & (v >= 0.0) & (v < index.shape[1])
+        cell = index[np.uint32(u), np.uint32(v)] if inside else np.int32(-1)
+        best, least, facing, t = np.int32(-1), np.inf, 0.0, 0.0
+        if cell >= 0:
+            for j in range(np.uint64(first[np.uint32(cell)]), np.uint64(first[np.uint32(cell) + 1])):
+                k = np.uint32(segments[j])
+                x, y = zi - a[k], ri - b[k]
+                along = (x * dz[k] + y * dr[k]) * inverse[k]
+                held = min(max(along, 0.0), 1.0)
+                square = (x - held * dz[k]) ** 2 + (y - held * dr[k]) ** 2
+                # At a corner two segments are equally near: the one that sees the point more squarely gives
+                # the sign. Choices instead of branches, which no processor could foretell.
+                depth = (y * dz[k] - x * dr[k]) ** 2 * inverse[k]
+                alike, nearer = square <= least * (1.0 + 1e-12), square < least * (1.0 - 1e-12)
+                chosen = nearer | (alike & (depth > facing))
+                best, t = (segments[j] if chosen else best), (along if chosen else t)
+                least, facing = (square if chosen else least), (depth if chosen else facing)
+        k = np.uint32(best if best >= 0 else 0)
+        found = (best >= 0) & (t >= earliest[k]) & (t <= latest[k])
+        beyond = (begins[k] & (t < 0.0)) | (ends[k] & (t > 1.0))
+        depth = ((ri - b[k]) * dz[k] - (zi - a[k]) * dr[k]) * root[k]
+        distance = depth if beyond else np.copysign(np.sqrt(least), depth)
+        segment[i] = best if found else -1
+        place[i] = min(max(t, 0.0), 1.0) if found else 0.0
+        signed[i] = distance if found else np.nan
     return segment, place, signed
