@@ -56,7 +56,7 @@ def forest(arm: ArmComparison) -> Forest:
     reach = _reach(arm.rows)
     known = [row for row in arm.rows if row.verdict == "not comparable" or not math.isnan(row.difference)]
     rows = sorted(known, key=lambda row: not row.gated)
-    return Forest(arm.base, arm.new, _axis(reach), tuple(_row(row, reach) for row in rows), _notes(rows))
+    return Forest(arm.base, arm.new, axis(reach), tuple(_row(row, reach) for row in rows), _notes(rows))
 
 
 def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
@@ -113,9 +113,12 @@ def _in_margins(value: float, row: Row) -> float:
 
 
 def _reach(rows: Sequence[Row]) -> float:
+    return reach_of([_in_margins(v, row) for row in rows for v in (row.difference, row.low, row.high)])
+
+
+def reach_of(margins: Sequence[float]) -> float:
     """How many margins the axis shows: everything, if that is possible."""
-    ends = [abs(_in_margins(v, row)) for row in rows for v in (row.difference, row.low, row.high)]
-    return min(max([_LEAST, *(1.15 * end for end in ends if math.isfinite(end))]), _MOST)
+    return min(max([_LEAST, *(1.15 * abs(end) for end in margins if math.isfinite(end))]), _MOST)
 
 
 def place(margins: float, reach: float) -> float:
@@ -126,19 +129,20 @@ def place(margins: float, reach: float) -> float:
 
 def _plot(row: Row, reach: float) -> Markup:
     middle = HEIGHT / 2
-    parts = [_band(reach), _upright(place(0.0, reach), "zero")]
+    parts = [band(reach), upright(place(0.0, reach), "zero")]
     if math.isfinite(row.difference):
         ends = sorted(place(_in_margins(v, row), reach) for v in (row.low, row.high) if math.isfinite(v))
         if ends and ends[-1] > ends[0]:
             parts.append(_whisker(ends[0], ends[-1], middle))
-        parts.append(_diamond(place(_in_margins(row.difference, row), reach), middle))
+        parts.append(diamond(place(_in_margins(row.difference, row), reach), middle))
     words = f"{row.title}: {shown(row.difference, row.unit, sign=True)} {shown_unit(row.unit)}, {row.verdict}"
     return Markup('<svg class="row {}" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}</svg>').format(
         row.verdict.replace(" ", "-"), WIDTH, HEIGHT, words, Markup("").join(parts)
     )
 
 
-def _axis(reach: float) -> Markup:
+def axis(reach: float) -> Markup:
+    """The head of a column of plots: ticks in margins, and which way is better."""
     words = [_label(place(0.0, reach), "0", "tick x")]
     last = 0.0
     for tick in _TICKS:
@@ -163,14 +167,16 @@ def _label(x: float, words: str, css: str) -> Markup:
     return Markup('<text class="{}" x="{:.1f}" y="23">{}</text>').format(css, x, words)
 
 
-def _band(reach: float) -> Markup:
+def band(reach: float) -> Markup:
+    """What is within one margin."""
     left, right = place(-1.0, reach), place(1.0, reach)
     return Markup('<rect class="margin" x="{:.1f}" y="0" width="{:.1f}" height="{:g}"/>').format(
         left, right - left, HEIGHT
     )
 
 
-def _upright(x: float, css: str) -> Markup:
+def upright(x: float, css: str) -> Markup:
+    """A line over the height of a row."""
     return Markup('<path class="{0}" d="M{1:.1f} 0V{2:g}"/>').format(css, x, HEIGHT)
 
 
@@ -180,5 +186,6 @@ def _whisker(x0: float, x1: float, y: float) -> Markup:
     ).format(x0, x1, y, y - 4)
 
 
-def _diamond(x: float, y: float) -> Markup:
+def diamond(x: float, y: float) -> Markup:
+    """The mark of an estimate."""
     return Markup('<path class="estimate" d="M{:.1f} {:g}l5.5 5.5l-5.5 5.5l-5.5 -5.5z"/>').format(x, y - 5.5)

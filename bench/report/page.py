@@ -26,6 +26,7 @@ from bench.report.matrix import matrix
 from bench.report.pod import pod_charts
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
+from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Record, Run, load_run
 from bench.score.metrics import metric_named
@@ -184,6 +185,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "forests": [forest(arm) for arm in panel.arms],
         "arms": panel.arms,
         "score": summary.score_rows(parts, names),
+        "strips": strips(panel.sides[0], names) if len(panel.sides) == 1 else None,
         "matrix": matrix(panel, names) if len(panel.sides) > 2 else None,
         "pod": pod_charts(panel),
         "heat": heat_views(panel, names),

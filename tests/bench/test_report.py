@@ -21,6 +21,7 @@ from bench.detection.hit_miss import fit_hit_miss
 from bench.report import build_report, charts, pictures, summary
 from bench.report.axes import Axes, round_up, ticks
 from bench.report.cases import burr_tables
+from bench.report.forest import WIDTH
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking
 from bench.report.heat import heat_views
@@ -28,6 +29,7 @@ from bench.report.matrix import matrix
 from bench.report.page import MOST_PICTURED
 from bench.report.pod import told_sizes
 from bench.report.sides import Panel, sides_of
+from bench.report.strips import strips
 from bench.report.worst import worst_of
 from bench.run import load_run
 from burrscan import InputError
@@ -367,3 +369,17 @@ def test_a_long_index_of_cases_is_packed_and_whole(tmp_path: Path) -> None:
     table = Page(zlib.decompress(base64.b64decode(packed)).decode())
     for record in load_run(folder).records:
         assert record.case.replace(",", ", ") in table.words
+
+
+def test_every_case_of_a_single_variant_is_a_dot_about_the_median(three: Panel) -> None:
+    """Adaptive covers 90 to 97.5 %, 92.5 % in the median case: dots below lie left of the middle."""
+    (row,) = strips(three.sides[1], ["coverage"]).rows
+    x = [float(place) for place in re.findall(r'<circle class="one" cx="([0-9.]+)"', row.plot)]
+    shares = [93.0, 92.0, 91.0, 90.0, 97.5, 96.5]  # in the order of the suite
+    assert np.argsort(x).tolist() == np.argsort(shares).tolist()
+    assert [place > WIDTH / 2 for place in x] == [share > 92.5 for share in shares]
+    assert (row.value, row.worst) == ("93.33", "90.00")
+    assert row.half.startswith("91.25 to 95.6")
+    (failed,) = strips(three.sides[0], ["coverage"]).rows
+    assert failed.plot.count('class="one"') == 5
+    assert failed.worst == "failed"
