@@ -292,7 +292,7 @@ def _feet(
                 chosen = nearer | (alike & (depth > facing))
                 best, t = (segments[j] if chosen else best), (along if chosen else t)
                 least, facing = (square if chosen else least), (depth if chosen else facing)
-        k = np.uint32(best if best >= 0 else 0)
+        k = np.uint32(max(int(best), 0))
         found = (best >= 0) & (t >= earliest[k]) & (t <= latest[k])
         beyond = (begins[k] & (t < 0.0)) | (ends[k] & (t > 1.0))
         depth = ((ri - b[k]) * dz[k] - (zi - a[k]) * dr[k]) * root[k]
