@@ -22,15 +22,15 @@ from bench.report.forest import forest
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking
 from bench.report.heat import heat_views
+from bench.report.lists import failures, index
 from bench.report.matrix import matrix
 from bench.report.pod import pod_charts
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
 from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
-from bench.run import Record, Run, load_run
+from bench.run import Run, load_run
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 
@@ -165,8 +165,8 @@ def _content(
         "panels": [_panel(panel, names, anchors) for panel in panels],
         "paired": panels[0].paired,
         "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
-        "failures": (failures := _failures(panels)),
-        "failed": sum(len(item["cases"]) for item in failures),
+        "failures": (missing := failures(panels)),
+        "failed": sum(len(item["cases"]) for item in missing),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
         "metrics": [metric_named(name) for name in names],
         "stage_names": STAGES,
@@ -191,7 +191,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "heat": heat_views(panel, names),
         "budget": stage_budget(panel),
         "times": summary.time_rows(parts),
-        "index": _index(panel, anchors),
+        "index": index(panel, anchors),
     }
 
 
@@ -206,57 +206,4 @@ def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> Ca
         metrics=names,
         limits=limits,
         paired=item.panel.paired,
-    )
-
-
-def _failures(panels: Sequence[Panel]) -> list[dict[str, Any]]:
-    """Every result that is missing, and why: those of one side with the same error together."""
-    found: dict[tuple[str, str], dict[str, Any]] = {}
-    for side in (side for panel in panels for side in panel.sides):
-        for record in side.records.values():
-            if record.failure:
-                error = (record.failure.error.splitlines() or ["no message"])[0]
-                item = {"side": side, "error": error, "failure": record.failure, "cases": []}
-                found.setdefault((side.label, error), item)["cases"].append(record.case)
-    return list(found.values())
-
-
-def _index(panel: Panel, anchors: Mapping[tuple[int, str], str]) -> dict[str, Any]:
-    """A line per case: what it is, each side's key figures, a link where there are pictures."""
-    there = summary.true_burrs(panel.records)
-    known = {record.case: record for record in panel.records}
-    drawn = tuple(dict.fromkeys(name for record in known.values() for name in _drawn(record)))
-    heads = ("coverage, %",) * summary.scanned(panel.records) + ("axis, deg", "burrs", "false calls")
-    lines = [
-        {
-            "anchor": anchors.get((id(panel), case), ""),
-            "name": case.replace(",", ", "),
-            "drawn": [known[case].parameters.get(name, "–") for name in drawn],
-            "cells": [
-                _index_cells(side.records.get(case), there[case])[-len(heads) :] for side in panel.sides
-            ],
-        }
-        for case in known
-    ]
-    return {"heads": heads, "drawn": [name.rpartition(".")[2] for name in drawn], "lines": lines}
-
-
-def _drawn(record: Record) -> tuple[str, ...]:
-    """Parameters that a case's name does not tell: those of a random design, for which a point stands."""
-    told = {part.partition("=")[0] for part in record.case.split(",")}
-    return tuple(name for name in record.parameters if name not in told)
-
-
-def _index_cells(record: Record | None, burrs: int) -> tuple[str, ...]:
-    """Coverage, axis, burrs found, false calls."""
-    if record is None:
-        return ("–",) * 4
-    if record.failure:
-        return ("failed",) * 4
-    found = sum(bool(burr["found"]) for burr in record.burrs)
-    return (
-        summary.number(summarise("coverage", [record]), "1"),
-        summary.number(summarise("axis_deg", [record]), "deg"),
-        f"{'✓' if found == burrs else '✗'} {found} of {burrs}" if burrs else "–",
-        summary.number(summarise("false_calls", [record]), "count"),
     )

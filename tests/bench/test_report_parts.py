@@ -1,0 +1,123 @@
+"""The parts of a report say what the records and the comparison say: goals, tables, maps, worst cases."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.compare import compare_runs
+from bench.detection.hit_miss import fit_hit_miss
+from bench.report.forest import WIDTH
+from bench.report.goals import goals
+from bench.report.headline import changes, ranking
+from bench.report.heat import heat_views
+from bench.report.matrix import matrix
+from bench.report.pod import told_sizes
+from bench.report.sides import Panel, sides_of
+from bench.report.strips import strips
+from bench.report.worst import worst_of
+from bench.run import load_run
+from tests.bench.report_run import made_up_run
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Panel:
+    """Three variants, the first the base of two comparisons."""
+    run = load_run(made_up_run(tmp_path_factory.mktemp("many") / "run", many=True, fail=True))
+    pairs = [("fixed", other) for other in ("adaptive", "again")]
+    return Panel("", sides_of(run), tuple(compare_runs(run, run, variants=pair).arms[0] for pair in pairs))
+
+
+def test_goals_are_met_and_missed_by_the_records(three: Panel) -> None:
+    """Adaptive covers 0.93 on the average; fixed 0.40 where polished, once failed; again is within bounds."""
+    found = goals([("", three.sides[0].run)])
+    assert found is not None
+    assert [line.cells[0].sign for line in found.lines] == ["✓", "✗", "✓"]
+    assert [line.wanted for line in found.lines] == ["≥ 90.00", "≥ 90.00", "0.0010 to 0.5000"]
+    assert [line.where for line in found.lines] == ["all", "finish polished", "all"]
+    assert [line.cells[0].cases for line in found.lines] == [6, 2, 6]
+    assert found.lines[0].cells[0].measured == "93.33"  # (93 + 92 + 91 + 90 + 97.5 + 96.5) / 6
+    assert found.lines[1].cells[0].measured == "20.00"  # nothing, and 0.40
+    assert (found.met, found.open, found.missed) == (2, 0, "coverage")
+
+
+def test_goals_that_no_case_is_about_are_open(tmp_path: Path) -> None:
+    run = load_run(made_up_run(tmp_path / "run", many=True, pictures=False, stop_after=0))
+    found = goals([("", run)])
+    assert found is not None
+    assert (found.met, found.open, found.missed) == (0, 3, "")
+
+
+def test_many_variants_are_one_table_with_the_verdicts_of_the_comparison(three: Panel) -> None:
+    table = matrix(three, ["coverage", "frames"])
+    assert [(line.label, line.failed) for line in table.lines] == [
+        ("fixed", 1),
+        ("adaptive", 0),
+        ("again", 0),
+    ]
+    verdicts = {arm.new: {row.metric: row.verdict for row in arm.rows} for arm in three.arms}
+    for line in table.lines[1:]:
+        for metric, cell in zip(("coverage", "frames"), line.cells, strict=True):
+            verdict = verdicts[line.label][metric]
+            assert cell.verdict == (verdict if verdict in {"better", "worse"} else "")
+    assert [line.cells[0].best for line in table.lines] == [False, True, False]
+    assert table.lines[0].cells[0].verdict == ""
+
+
+def test_the_ranking_counts_the_gated_verdicts(three: Panel) -> None:
+    sentence = ranking(three.arms)
+    gated = [row for row in three.arms[0].rows if row.gated]
+    better = sum(row.verdict == "better" for row in gated)
+    assert better
+    assert f"Against fixed, in {len(gated)} gated metrics: adaptive better in {better}" in sentence
+    told = changes(three.arms[:1])
+    assert {change.verdict for change in told} <= {"better", "worse"}
+    assert sum(change.verdict == "better" for change in told) == better
+    assert [change.verdict for change in told] == sorted((c.verdict for c in told), reverse=True)
+
+
+def test_a_bad_case_is_pictured_beside_the_first_variant_or_the_best(three: Panel) -> None:
+    chosen = worst_of(three, {"coverage": 0.01, "false_calls": 0.5}, 4)
+    assert len({item.kind for item in chosen}) == len(chosen)  # each bad in its own way
+    assert all(len(item.sides) == 2 for item in chosen)
+    failed = next(item for item in chosen if item.kind == ("fixed", ""))
+    assert [side.label for side in failed.sides] == ["fixed", "adaptive"]
+    others = [item for item in chosen if item.kind[0] != "fixed"]
+    assert all(item.sides[0].label == "fixed" for item in others)
+
+
+def test_every_choice_of_parameters_and_variant_has_its_heat_map(three: Panel) -> None:
+    heat = heat_views(three, ["coverage"])
+    assert (heat.parameters, heat.sides) == (("finish",), ("fixed", "adaptive", "again"))
+    cells = [[row[1][0].text for row in view.tables[0].rows] for view in heat.views]
+    assert cells == [["20.0", "54.5", "96.5"], ["92.5", "90.5", "97.0"], ["39.5", "53.5", "95.5"]]
+
+
+def test_no_size_is_stated_beyond_those_that_were_tried() -> None:
+    """Of burrs of 1 to 2 mm that are found ever more often, but 0.9 of them only beyond 2 mm."""
+    sizes = np.repeat([1.0, 1.25, 1.5, 1.75, 2.0], 20)
+    hits = np.tile(np.arange(20), 5) < np.repeat([8, 10, 11, 13, 14], 20)
+    fit = fit_hit_miss(sizes, hits)
+    low, high = float(fit.size[0]), float(fit.size[-1])
+    assert low <= 1.0 < fit.a50 < 2.0 <= high < fit.a90
+    assert told_sizes(fit) == (f"{fit.a50:.3g}", f"> {high:.2g}", f"> {high:.2g}")
+    assert told_sizes(replace(fit, a50=0.3))[0] == f"< {low:.2g}"
+    assert told_sizes(replace(fit, a90=float("nan")))[1] == "–"
+
+
+def test_every_case_of_a_single_variant_is_a_dot_about_the_median(three: Panel) -> None:
+    """Adaptive covers 90 to 97.5 %, 92.5 % in the median case: dots below lie left of the middle."""
+    (row,) = strips(three.sides[1], ["coverage"]).rows
+    x = [float(place) for place in re.findall(r'<circle class="one" cx="([0-9.]+)"', row.plot)]
+    shares = [93.0, 92.0, 91.0, 90.0, 97.5, 96.5]  # in the order of the suite
+    assert np.argsort(x).tolist() == np.argsort(shares).tolist()
+    assert [place > WIDTH / 2 for place in x] == [share > 92.5 for share in shares]
+    assert (row.value, row.worst) == ("93.33", "90.00")
+    assert row.half.startswith("91.25 to 95.6")
+    (failed,) = strips(three.sides[0], ["coverage"]).rows
+    assert failed.plot.count('class="one"') == 5
+    assert failed.worst == "failed"
