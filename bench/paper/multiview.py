@@ -66,8 +66,8 @@ def draw(n: Numbers) -> Section:
         reports="Scans from several viewpoints are to be aligned by ICP, from rough poses that the robot "
         "arm knows, and merged; one scan shows only a part of the wheel.",
         measured=f"Views {ROBOT_MM} mm and {ROBOT_DEG}° off per axis, aligned all at once and merged. One "
-        f"view finds the axis within {first[0]:.4f}° and {whole * first[3]:.1f} of {whole} burrs (the "
-        f"others are out of sight), six views within {last[0]:.4f}° and {whole * last[3]:.1f}. With the "
+        f"view finds the axis within {first[0]:.4f}° and {whole * first[3]:.2g} of {whole} burrs (the "
+        f"others are out of sight), six views within {last[0]:.4f}° and {whole * last[3]:.2g}. With the "
         f"rough poses alone six views give {rough[-1][0]:.3f}°. The turn of a round part about its axis is "
         "what the surfaces do not show: there the robot's word stands.",
         claims=(_claim(first, last, seed[-1], whole),),
@@ -93,7 +93,7 @@ def _claim(first: Floats, last: Floats, seed: Floats, whole: int) -> Claim:
         "several views, aligned by ICP, serve one inspection",
         "future work",
         f"axis by the seed's search on the merged mesh: {seed[0]:.0f}°",
-        f"axis {first[0]:.4f}° → {last[0]:.4f}°, burrs {whole * first[3]:.1f} → {whole * last[3]:.1f} of "
+        f"axis {first[0]:.4f}° → {last[0]:.4f}°, burrs {whole * first[3]:.2g} → {whole * last[3]:.2g} of "
         f"{whole}",
         "yes" if better else "partly",
         "" if better else "more of the wheel is seen, but errors of the poses come in",

@@ -23,7 +23,7 @@ TITLES = (
     "axis angle, degrees",
     "axis offset, mm",
     "generatrix RMS, mm",
-    "true burrs found, share",
+    "burrs found, share of all, the far side's too",
     "false calls",
 )
 REPEATS = 5

@@ -174,6 +174,6 @@ def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest
     for name in NAMES:
         assert words.count(f'<section id="{name}"') == 1
     rows = re.findall(r"<tr><th><a href.*?</tr>", words)
-    assert len(rows) == words.count('class="agrees') > 30
+    assert 2 * len(rows) == words.count('class="agrees') > 60
     unexplained = [row for row in rows if 'class="agrees no"' in row and 'class="why"' not in row]
     assert not unexplained
