@@ -1,4 +1,4 @@
-"""The report's charts: shares side by side, the unrolled part with its burrs, the generatrix."""
+"""The report's charts: the unrolled part with its burrs, the generatrix."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from bench.report.axes import WIDTH, Axes, padded, round_up
+from bench.report.axes import Axes, padded, round_up
 from bench.report.pictures import signed_map
 from burrscan.arrays import Floats
 from scenes.wheel import deviation_mm
@@ -111,53 +111,3 @@ def error_limit_um(errors_um: Sequence[Floats]) -> float:
     every = np.abs(np.concatenate([np.zeros(1), *errors_um]))
     every = every[np.isfinite(every)]
     return round_up(max(float(np.percentile(every, 98.0)) * 1.1, 1.0))
-
-
-def shares(rows: Sequence[tuple[str, Mapping[str, float]]], x_title: str) -> Markup:
-    """Shares in per cent, one row each, one dot per style class, joined by a bar.
-
-    Parameters
-    ----------
-    rows
-        (name, style class to share 0 to 1), from top to bottom; NaN is left out.
-
-    """
-    line, head = 30.0, 6.0
-    height = head + line * len(rows) + 40.0
-    left, right = 118.0, WIDTH - 16.0
-
-    def px(share: float) -> float:
-        return left + share * (right - left)
-
-    parts = []
-    for tick in (0.0, 0.25, 0.5, 0.75, 1.0):
-        parts.append(_vertical(px(tick), head, height - 40.0))
-        parts.append(_words(px(tick), height - 26.0, f"{tick:.0%}".replace("%", ""), "tick x"))
-    for number, (name, values) in enumerate(rows):
-        y = head + line * (number + 0.5)
-        finite = {css: value for css, value in values.items() if np.isfinite(value)}
-        parts.append(_words(left - 12.0, y + 4.0, name, "tick y name"))
-        if finite:
-            parts.append(_bar(px(min(finite.values())), px(max(finite.values())), y))
-        parts += [
-            Markup('<circle class="dot {}" cx="{:.1f}" cy="{:.1f}" r="6"/>').format(
-                css, px(value), y + 4 * place
-            )
-            for place, (css, value) in enumerate(finite.items())
-        ]
-    parts.append(_words((left + right) / 2, height - 8.0, x_title, "title x"))
-    return Markup(
-        '<svg class="plot shares" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}</svg>'
-    ).format(WIDTH, height, x_title, Markup("").join(parts))
-
-
-def _vertical(x: float, top: float, bottom: float) -> Markup:
-    return Markup('<path class="gridline" d="M{0:.1f} {1:.1f}L{0:.1f} {2:.1f}"/>').format(x, top, bottom)
-
-
-def _bar(x0: float, x1: float, y: float) -> Markup:
-    return Markup('<path class="bar" d="M{0:.1f} {2:.1f}L{1:.1f} {2:.1f}"/>').format(x0, x1, y)
-
-
-def _words(x: float, y: float, text: str, css: str) -> Markup:
-    return Markup('<text class="{}" x="{:.1f}" y="{:.1f}">{}</text>').format(css, x, y, text)
