@@ -292,15 +292,21 @@ def test_a_patch_that_is_stated_to_be_doubtful_is_no_burr() -> None:
 
 
 def test_a_rounded_edge_that_the_generatrix_misses_is_no_burr() -> None:
-    def lift(z: Floats, _r: Floats, _angle: Floats) -> Floats:
-        return np.asarray(-0.4 * (np.abs(z - 10.0) < 0.25))
+    def groove(z: Floats, _r: Floats, _angle: Floats) -> Floats:
+        return np.asarray(-1.2 * (np.abs(z - 10.0) < 0.15))
 
-    scan = scattered_scan("cylinder", lift, seed=22)
+    scan = scattered_scan("cylinder", groove, seed=22)
     axis = exact_axis(scan)
-    smooth = fit_generatrix(
-        scattered_scan("cylinder", lambda z, _r, _a: 0.0 * z, seed=22).vertices_mm, scan.faces, axis
-    )
+    plain = scattered_scan("cylinder", lambda z, _r, _a: 0.0 * z, seed=22)
+    smooth = fit_generatrix(plain.vertices_mm, scan.faces, axis)
     assert burrs_residual(scan.vertices_mm, scan.faces, axis, smooth) == ()
+    # It is narrower than a row of the field, but common to its parallels: nothing of it is left.
+    field = field_of(scan.vertices_mm, scan.faces, axis, smooth, sigma_mm=None)
+    z = field.foot[:, 0] * np.sign(axis.direction @ scan.direction) + z_offset_mm(scan, axis)
+    middle = np.abs(z - 10.0) < 0.1
+    assert field.step_mm > 0.5
+    assert np.count_nonzero(middle) > 150
+    assert abs(np.median(field.deviation_mm[middle])) < 0.05
 
 
 @pytest.mark.parametrize("scale", [0.005, 50.0])
