@@ -84,9 +84,20 @@ def _row(row: Row, reach: float) -> ForestRow:
         verdict=row.verdict,
         css=row.verdict.replace(" ", "-"),
         sign=SIGNS[row.verdict],
-        aside=f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else "",
+        aside=_aside(row),
         plot=_plot(row, reach),
     )
+
+
+def by_every_case(row: Row) -> bool:
+    """Whether the verdict stands on all cases going one way by more than the margin, not on the interval."""
+    return row.verdict in {"worse", "better"} and row.verdict == row.every and not row.seen
+
+
+def _aside(row: Row) -> str:
+    if by_every_case(row):
+        return "in every case"
+    return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
 
 
 def shown(value: float, unit: str, *, sign: bool = False) -> str:

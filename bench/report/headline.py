@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.compare.result import ArmComparison, Row
-from bench.report.forest import shown, shown_unit
+from bench.report.forest import by_every_case, shown, shown_unit
 from bench.score.metric import within
 
 _MOST = 8
@@ -14,14 +14,14 @@ _MOST = 8
 
 @dataclass(frozen=True)
 class Change:
-    """A metric that is better or worse: in whom, by how much, and the 95 % interval of that."""
+    """A metric that is better or worse: in whom, by how much, and how sure that is."""
 
     arm: str
     title: str
     verdict: str
     difference: str
     unit: str
-    interval: str
+    sure: str
 
 
 def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
@@ -38,15 +38,21 @@ def _margins(row: Row) -> float:
 
 
 def _change(row: Row, arm: str) -> Change:
-    low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
     return Change(
         arm,
         within(row.title),
         row.verdict,
         shown(row.difference, row.unit, sign=True),
         shown_unit(row.unit),
-        f"{low} to {high}" if row.low < row.high else "",
+        _sure(row),
     )
+
+
+def _sure(row: Row) -> str:
+    if by_every_case(row):
+        return f"in all {row.pairs} cases"
+    low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
+    return f"95 %: {low} to {high}" if row.low < row.high else ""
 
 
 def ranking(arms: Sequence[ArmComparison]) -> str:

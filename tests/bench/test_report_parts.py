@@ -11,7 +11,7 @@ import pytest
 
 from bench.compare import compare_runs
 from bench.detection.hit_miss import fit_hit_miss
-from bench.report.forest import WIDTH
+from bench.report.forest import WIDTH, forest
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking
 from bench.report.heat import heat_views
@@ -121,3 +121,16 @@ def test_every_case_of_a_single_variant_is_a_dot_about_the_median(three: Panel) 
     (failed,) = strips(three.sides[0], ["coverage"]).rows
     assert failed.plot.count('class="one"') == 5
     assert failed.worst == "failed"
+
+
+def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> None:
+    """With too few scenes for a test all cases may decide, though the interval holds nought."""
+    arm = three.arms[0]
+    (row,) = (row for row in arm.rows if row.metric == "coverage")
+    assert row.low < 0.0 < row.high
+    decided = replace(row, verdict="better", every="better")
+    tested = replace(row, verdict="better", seen="better", low=0.1, high=0.6)
+    (told,), (shown,) = (changes([replace(arm, rows=(one,))]) for one in (decided, tested))
+    assert told.sure == f"in all {row.pairs} cases"
+    assert shown.sure == "95 %: +10.00 to +60.00"
+    assert forest(replace(arm, rows=(decided,))).rows[0].aside == "in every case"
