@@ -8,3 +8,8 @@ from numba import njit
 
 kernel: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 """Decorator. NaN and infinity keep their meaning; products may be fused; order of sums stays."""
+
+summing: Any = njit(
+    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz", "reassoc"}
+)
+"""The same for loops of few sums: each runs in several lanes, whose order is fixed when compiled."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from burrscan.arrays import Floats
 from burrscan.axis.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
 from burrscan.axis.kernel import kernel
 
+Four: TypeAlias = tuple[float, float, float, float]
 SECTORS = 64
 BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
@@ -41,6 +43,31 @@ class Spread:
 
 
 @kernel
+def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:  # pragma: no cover
+    """Add w J to four places of a row. Written out: it stays in registers."""
+    row[at] += w * J[0]
+    row[at + 1] += w * J[1]
+    row[at + 2] += w * J[2]
+    row[at + 3] += w * J[3]
+
+
+@kernel
+def _add_square(row: Floats, at: int, w: float, J: Four) -> None:  # pragma: no cover
+    """Add the upper triangle of w J Jᵀ to ten places of a row."""
+    a, b, c = w * J[0], w * J[1], w * J[2]
+    row[at] += a * J[0]
+    row[at + 1] += a * J[1]
+    row[at + 2] += a * J[2]
+    row[at + 3] += a * J[3]
+    row[at + 4] += b * J[1]
+    row[at + 5] += b * J[2]
+    row[at + 6] += b * J[3]
+    row[at + 7] += c * J[2]
+    row[at + 8] += c * J[3]
+    row[at + 9] += w * J[3] * J[3]
+
+
+@kernel
 def _tally(
     points: Floats,
     raw: Floats,
@@ -58,12 +85,12 @@ def _tally(
 
     ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
     per piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it.
-    The result is Σ w J Jᵀ. The piece and J of a point come from its smoothed position, its residual from
-    the raw one: smoothing correlates neighbours, and what the pose makes of a neighbourhood's noise it hardly
-    changes. Inliers count fully: a weight that shrinks with the residual would shrink the stated spread.
+    The result is the upper triangle of Σ w J Jᵀ. The piece and J of a point come from its smoothed position,
+    its residual from the raw one: smoothing correlates neighbours, and what the pose makes of a
+    neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with the residual
+    would shrink the stated spread.
     """
-    J, K = np.zeros(4), np.zeros(4)
-    A = np.zeros((4, 4))
+    A = np.zeros(10)
     for i in range(points.shape[0]):
         x, y, z = meridian(points, i, frame, place)
         r = np.sqrt(x * x + y * y)
@@ -76,34 +103,32 @@ def _tally(
             continue
         cosine, sine = x / r, y / r
         g, h = z * mr - r * mz, z * mz + r * mr
-        J[0], J[1], J[2], J[3] = -g * sine, g * cosine, mr * cosine, mr * sine
-        K[0], K[1], K[2], K[3] = -h * sine, h * cosine, mz * cosine, mz * sine
+        lean = response[k]
+        J = (
+            -g * sine - lean[0, 0] - t * (lean[1, 0] + t * lean[2, 0]),
+            g * cosine - lean[0, 1] - t * (lean[1, 1] + t * lean[2, 1]),
+            mr * cosine - lean[0, 2] - t * (lean[1, 2] + t * lean[2, 2]),
+            mr * sine - lean[0, 3] - t * (lean[1, 3] + t * lean[2, 3]),
+        )
+        K = (-h * sine, h * cosine, mz * cosine, mz * sine)
         v = gram[k, 1, 1] + 4.0 * t * (gram[k, 1, 2] + t * gram[k, 2, 2])
         size = abs(x) + abs(y)
         turn = (1.0 - x / size if y >= 0.0 else 3.0 + x / size) * (SECTORS / 4)  # monotone in the angle
         a, b, c = meridian(raw, i, frame, place)
         d += (c - z) * mz + ((a - x) * cosine + (b - y) * sine) * mr
         u = min(BINS_ALONG - 1, max(0, int((t * 0.25 + 0.5) * BINS_ALONG)))
-        row = scores[k, u, int(turn) % SECTORS]
+        row, slope = scores[k, u, int(turn) % SECTORS], slopes[k]
         row[0] += w
         row[1] += w * d
         row[10] += w * d * d
-        slope = slopes[k]
+        _add_vector(row, 2, w, J)
+        _add_vector(row, 6, w * d, J)
+        _add_square(A, 0, w, J)
         slope[0] += w
         slope[5] += w * v
-        e = 10
-        for p in range(4):
-            J[p] -= response[k, 0, p] + t * (response[k, 1, p] + t * response[k, 2, p])
-            slope[1 + p] += w * K[p]
-            slope[6 + p] += w * v * K[p]
-            for q in range(p, 4):
-                slope[e] += w * v * K[p] * K[q]
-                e += 1
-        for p in range(4):
-            row[2 + p] += w * J[p]
-            row[6 + p] += w * d * J[p]
-            for q in range(p, 4):
-                A[p, q] += w * J[p] * J[q]
+        _add_vector(slope, 1, w, K)
+        _add_vector(slope, 6, w * v, K)
+        _add_square(slope, 10, w * v, K)
     return A
 
 
@@ -138,7 +163,7 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
     known, sums, shares, squares, freedom = _condensed(scores)
-    A = A + np.triu(A, 1).T - known
+    A = _full(A) - known
     variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
     return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.kernel import kernel
+from burrscan.axis.kernel import kernel, summing
 from burrscan.axis.surfels import Surfels
 
 WIDTH = 0.08
@@ -36,24 +36,24 @@ def _basis(a: Floats) -> Floats:  # pragma: no cover
     return np.stack((u, np.cross(a, u)))
 
 
-@kernel
+@summing
 def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) -> Floats:  # pragma: no cover
     """The point nearest, in least absolute deviations, to the lines of the normals seen along ``a``."""
     uv = _basis(a)
-    flat = np.empty((points.shape[0], 4))
-    for i in range(points.shape[0]):
-        for k in range(2):
-            flat[i, k] = points[i, 0] * uv[k, 0] + points[i, 1] * uv[k, 1] + points[i, 2] * uv[k, 2]
-            flat[i, 2 + k] = normals[i, 0] * uv[k, 0] + normals[i, 1] * uv[k, 1] + normals[i, 2] * uv[k, 2]
+    u0, u1, u2, v0, v1, v2 = uv[0, 0], uv[0, 1], uv[0, 2], uv[1, 0], uv[1, 1], uv[1, 2]
+    nus, nvs, levers = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
+    for i in range(len(points)):
+        nu = normals[i, 0] * u0 + normals[i, 1] * u1 + normals[i, 2] * u2
+        nv = normals[i, 0] * v0 + normals[i, 1] * v1 + normals[i, 2] * v2
+        u = points[i, 0] * u0 + points[i, 1] * u1 + points[i, 2] * u2
+        v = points[i, 0] * v0 + points[i, 1] * v1 + points[i, 2] * v2
+        nus[i], nvs[i], levers[i] = nu, nv, nu * v - nv * u
     cu, cv = 0.0, 0.0
     for turn in range(3):
         suu, suv, svv, bu, bv = 1e-9, 0.0, 1e-9, 0.0, 0.0
         for i in range(points.shape[0]):
-            nu, nv = flat[i, 2], flat[i, 3]
-            b = nu * flat[i, 1] - nv * flat[i, 0]
-            w = weights[i]
-            if turn > 0:
-                w /= abs(b - nu * cv + nv * cu) + 0.03
+            nu, nv, b = nus[i], nvs[i], levers[i]
+            w = weights[i] / (abs(b - nu * cv + nv * cu) + 0.03 if turn > 0 else 1.0)
             suu += w * nv * nv
             suv -= w * nu * nv
             svv += w * nu * nu
@@ -65,7 +65,7 @@ def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) 
     return point
 
 
-@kernel
+@summing
 def angle_cost(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float
 ) -> float:  # pragma: no cover
@@ -82,7 +82,7 @@ def angle_cost(
     return cost
 
 
-@kernel
+@summing
 def _normal_equations(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, uv: Floats, width: float
 ) -> tuple[Floats, Floats]:  # pragma: no cover
