@@ -63,6 +63,7 @@ def view(
     sides: Sequence[Side],
     *,
     pictured: Sequence[Side],
+    stands_out: str,
     anchor: str,
     title: str,
     reason: str,
@@ -80,6 +81,8 @@ def view(
         Those that have it are in the tables.
     pictured
         Those of which pictures are shown.
+    stands_out
+        Label of the one whose surface is shown first; empty: the last one.
     anchor, title, reason
         Its name inside the page, its heading, and why it is shown.
     metrics
@@ -124,7 +127,7 @@ def view(
             ),
         ),
         figures.solid_figure(
-            [(side.label, side.css, arrays) for side, arrays in found.items()], limits, first=int(paired)
+            [(side.label, side.css, arrays) for side, arrays in found.items()], limits, first=stands_out
         ),
         figures.profile_figures(truth, {side.css: arrays for side, arrays in found.items()}, limits),
         command(there[-1].run, case),

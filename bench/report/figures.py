@@ -99,8 +99,11 @@ def profile_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) 
     )
 
 
-def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, first: int = 0) -> Markup:
-    """The measured surfaces (label, style class, arrays), to turn by hand; nothing where none was kept."""
+def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, first: str) -> Markup:
+    """The measured surfaces (label, style class, arrays), to turn by hand; nothing where none was kept.
+
+    First shown is the one of that label, else the last one.
+    """
     solids = [
         Solid(
             label,
@@ -113,7 +116,9 @@ def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, fi
         for label, css, arrays in found
         if "mesh_mm" in arrays
     ]
-    return viewer(solids, limits.deviation_mm, "measured surface, coloured by its deviation", first=first)
+    labels = [solid.label for solid in solids]
+    number = labels.index(first) if first in labels else len(labels) - 1
+    return viewer(solids, limits.deviation_mm, "measured surface, coloured by its deviation", first=number)
 
 
 def scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:

@@ -200,6 +200,7 @@ def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> Ca
         item.case,
         item.panel.sides,
         pictured=item.sides,
+        stands_out=item.kind[0],
         anchor=anchor,
         title=item.panel.title,
         reason=item.reason,
