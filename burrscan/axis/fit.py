@@ -127,7 +127,7 @@ def _in_frame(
 ) -> None:  # pragma: no cover
     """Cosine, sine, z and r of ``count`` points, and their places in the map of pieces (-1 outside).
 
-    A loop without branches, which the compiler turns into vector instructions.
+    Loops without branches, the second over one kind of stride: the compiler makes vector instructions of it.
     """
     fx0, fx1, fx2 = frame[0, 0], frame[0, 1], frame[0, 2]
     fy0, fy1, fy2 = frame[1, 0], frame[1, 1], frame[1, 2]
@@ -139,13 +139,15 @@ def _in_frame(
     for j in range(count):
         i = begin + j
         a, b, c = points[i, 0] - p0, points[i, 1] - p1, points[i, 2] - p2
-        x = a * fx0 + b * fy0 + c * fz0
-        y = a * fx1 + b * fy1 + c * fz1
-        z = a * fx2 + b * fy2 + c * fz2
+        cosine[j] = a * fx0 + b * fy0 + c * fz0
+        sine[j] = a * fx1 + b * fy1 + c * fz1
+        height[j] = a * fx2 + b * fy2 + c * fz2
+    for j in range(count):
+        x, y, z = cosine[j], sine[j], height[j]
         r = np.sqrt(x * x + y * y)
         u, v = (z - low_z) * per, (r - low_r) * per
         inside = (u >= 0.0) & (v >= 0.0) & (u < rows) & (v < columns)
-        cosine[j], sine[j], height[j], radius[j] = x / r, y / r, z, r
+        cosine[j], sine[j], radius[j] = x / r, y / r, r
         at[j] = np.int32(u) * columns + np.int32(v) if inside else -1
 
 
