@@ -22,7 +22,7 @@ WIDTH = 380.0
 _DIGITS = ((1, 2, 5), (1, 1.5, 2, 3, 4, 6, 8), tuple(digit / 10 for digit in range(10, 100)))
 _MOST_MARKS = 9
 _FINEST = 0.15  # of a picture unit: a straight line this near to a curve cannot be told from it
-_LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 14.0, 8.0, 36.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 54.0, 14.0, 8.0, 36.0
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def _change(panel: Panel, change: CaseChange) -> Chosen:
     if math.isinf(change.worst):
         return Chosen(change.case, panel, "newly failed", change.worst, panel.sides)
     title = metric_named(change.worst_metric).title
-    why = f"{title}: worse by {change.worst:.1f} margins"
+    why = f"{title}: worse by {_margins(change.worst)}"
     return Chosen(change.case, panel, why, change.worst, panel.sides)
 
 
@@ -97,7 +97,11 @@ def _standing_out(panel: Panel, side: Side, margins: Mapping[str, float]) -> Ite
 def _in_words(record: Record, name: str, excess: float) -> str:
     metric = metric_named(name)
     value = f"{shown(value_of(record, name), metric.unit)} {shown_unit(metric.unit)}".strip()
-    return f"{within(metric.title)} {value}, {excess:.1f} margins behind the median case"
+    return f"{within(metric.title)} {value}, {_margins(excess)} behind the median case"
+
+
+def _margins(count: float) -> str:
+    return f"{count:.1f} margins" if count < 100.0 else f"{count:.0f} margins"
 
 
 def _pictured(panel: Panel, side: Side, case: str, name: str) -> tuple[Side, ...]:
