@@ -11,7 +11,7 @@ from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
 from burrscan.burrs.narrow import STEEPEST
-from burrscan.burrs.ridge import Patch, Ridge, fit_ridge, height_of, misfit_of
+from burrscan.burrs.ridge import TELLS_SHAPES, Patch, Ridge, first_ridge, fit_ridge, height_of, misfit_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
@@ -96,20 +96,28 @@ def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Fram
     """The fit of a ridge of constant width, or of constant angle where the radius changes along the burr."""
     local = np.maximum(field.foot[site.chosen, 1], 1e-9)
     mean = float((weight * local).sum() / weight.sum())
-    frame = _framed(field, site, lift, weight, local)
-    ridge = _ridge(field, site, frame)
-    if np.ptp(local[site.on]) < _SAME_RADIUS * mean:
-        return frame, ridge
-    other = _framed(field, site, lift, weight, np.full(len(local), mean))
-    wedge = _ridge(field, site, other)
-    if wedge is not None and (ridge is None or misfit_of(other.patch, wedge) < misfit_of(frame.patch, ridge)):
-        return other, wedge
-    return frame, ridge
+    frames = [_framed(field, site, lift, weight, local)]
+    if np.ptp(local[site.on]) >= _SAME_RADIUS * mean:
+        frames.append(_framed(field, site, lift, weight, np.full(len(local), mean)))
+    firsts = [(frame, _first(field, site, frame)) for frame in frames]
+    fits = [(frame, ridge) for frame, ridge in firsts if ridge is not None]
+    if not fits:
+        return frames[0], None
+    if all(ridge.parameters[3] > TELLS_SHAPES * field.spacing_mm for _, ridge in fits):
+        fits = [min(fits, key=_misfit)]
+    return min(
+        ((frame, fit_ridge(frame.patch, ridge, spacing_mm=field.spacing_mm)) for frame, ridge in fits),
+        key=_misfit,
+    )
 
 
-def _ridge(field: Field, site: Site, frame: _Frame) -> Ridge | None:
+def _misfit(fit: tuple[_Frame, Ridge]) -> float:
+    return misfit_of(fit[0].patch, fit[1])
+
+
+def _first(field: Field, site: Site, frame: _Frame) -> Ridge | None:
     u = frame.patch.u_mm[site.on]
-    return fit_ridge(frame.patch, spacing_mm=field.spacing_mm, start=(float(u.min()), float(u.max())))
+    return first_ridge(frame.patch, spacing_mm=field.spacing_mm, start=(float(u.min()), float(u.max())))
 
 
 def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats) -> _Frame:

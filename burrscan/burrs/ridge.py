@@ -25,7 +25,7 @@ _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
 _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
-_TELLS_SHAPES = 1.5
+TELLS_SHAPES = 1.5
 """Half-width, in vertex spacings, from which other cross-sections than the triangle are tried."""
 _LONG = 3.0
 """Length, in vertex spacings, from which a burr tells its direction."""
@@ -130,14 +130,12 @@ class Ridge:
         return np.asarray(sections(v, left, right, self.power, self.footprint_mm))
 
 
-def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
-    """Fit a ridge whose extent along u is first guessed as ``start``; None where nothing rises.
+def first_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
+    """Fit a triangle whose extent along u is first guessed as ``start``; None where nothing rises.
 
     Notes
     -----
-    Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths; then the simplest
-    cross-section that no richer one beats clearly. Where few vertices lie across, the mean of what explains
-    them. O(N) per step.
+    Levenberg-Marquardt with Huber weights from the best of a grid of positions and widths. O(N) per step.
 
     """
     inside = _between(patch, start)
@@ -151,6 +149,19 @@ def fit_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) ->
         if len(inside.u_mm) < 6:
             return None
         ridge = _fitted(inside, ridge.parameters, 1, _SYMMETRIC, extent, spacing_mm)
+    return ridge
+
+
+def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float) -> Ridge:
+    """From a first triangle to the ridge.
+
+    Notes
+    -----
+    The simplest cross-section that no richer one beats clearly. Where few vertices lie across, the mean of
+    what explains them.
+
+    """
+    inside = _between(patch, (ridge.start_mm, ridge.end_mm))
     if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
         return _opened(inside, _richest(inside, ridge, spacing_mm), spacing_mm)
     return _opened(inside, _narrow(inside, ridge, spacing_mm), spacing_mm)
@@ -375,7 +386,7 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
         misfit=found.chi2 / count,
     )
     # Three vertices across cannot tell one cross-section from another.
-    if found.mean[3] < _TELLS_SHAPES * spacing:
+    if found.mean[3] < TELLS_SHAPES * spacing:
         return summed
     fitted = _fitted(near, summed.parameters, 1, _SYMMETRIC, (ridge.start_mm, ridge.end_mm), spacing)
     richer = _richest(near, fitted, spacing)

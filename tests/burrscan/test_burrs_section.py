@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from burrscan.burrs.narrow import Crossed, posterior_of
-from burrscan.burrs.ridge import Patch, fit_ridge
+from burrscan.burrs.ridge import Patch, first_ridge, fit_ridge
 from burrscan.burrs.section import section, sections
 
 HALVES = st.floats(0.3, 1.5)
@@ -93,8 +93,10 @@ def test_whether_vertices_are_points_or_footprints_is_seen(footprint: float) -> 
     rng = np.random.default_rng(3)
     u, v = rng.uniform(-30.0, 30.0, 2000), rng.uniform(-3.0, 3.0, 2000)
     lift = 2.0 * sections(v, 1.0, 1.0, 1, footprint) + 0.03 * rng.normal(size=2000)
-    ridge = fit_ridge(Patch(u, v, lift, np.full(2000, 0.03)), spacing_mm=0.5, start=(-30.0, 30.0))
-    assert ridge is not None
+    patch = Patch(u, v, lift, np.full(2000, 0.03))
+    first = first_ridge(patch, spacing_mm=0.5, start=(-30.0, 30.0))
+    assert first is not None
+    ridge = fit_ridge(patch, first, spacing_mm=0.5)
     assert ridge.footprint_mm == footprint
     assert ridge.height_mm == pytest.approx(2.0, abs=0.03)
     assert ridge.width_mm == pytest.approx(2.0, abs=0.03)
