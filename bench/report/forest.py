@@ -32,7 +32,6 @@ class ForestRow:
     new: str
     difference: str
     interval: str
-    p: str
     verdict: str
     css: str
     sign: str
@@ -80,7 +79,6 @@ def _row(row: Row, reach: float) -> ForestRow:
         interval=f"{shown(row.low, row.unit, sign=True)} to {shown(row.high, row.unit, sign=True)}"
         if math.isfinite(row.low) and row.low < row.high
         else "",
-        p=p_value(row.p_holm),
         verdict=row.verdict,
         css=row.verdict.replace(" ", "-"),
         sign=SIGNS[row.verdict],
@@ -97,6 +95,8 @@ def by_every_case(row: Row) -> bool:
 def _aside(row: Row) -> str:
     if by_every_case(row):
         return "in every case"
+    if row.verdict == "inconclusive" and (row.low > 0.0 or row.high < 0.0):
+        return f"corrected p {p_value(row.p_holm)}"
     return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
 
 

@@ -134,3 +134,5 @@ def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> No
     assert told.sure == f"in all {row.pairs} cases"
     assert shown.sure == "95 %: +10.00 to +60.00"
     assert forest(replace(arm, rows=(decided,))).rows[0].aside == "in every case"
+    unsure = replace(row, low=0.1, high=0.6, p_holm=0.08)
+    assert forest(replace(arm, rows=(unsure,))).rows[0].aside == "corrected p 0.080"
