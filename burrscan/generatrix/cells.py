@@ -236,10 +236,16 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def along_arc(angle: float, arc: tuple[float, float]) -> float:
+    """Share of the arc, 0 to 1, before an angle; angles are within -π to π (a remainder would be dear)."""
+    turn = angle - arc[0]
+    return (turn + 2.0 * np.pi if turn < 0.0 else turn) / arc[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def arc_bit(angle: float, arc: tuple[float, float]) -> int:
     """The bit of a coverage mask that stands for an angle."""
-    turn = ((angle - arc[0]) % (2.0 * np.pi)) / arc[1]
-    return np.uint64(1) << np.uint64(min(int(turn * ARC_BINS), ARC_BINS - 1))  # type: ignore[return-value]
+    return np.uint64(1) << np.uint64(min(int(along_arc(angle, arc) * ARC_BINS), ARC_BINS - 1))  # type: ignore[return-value]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

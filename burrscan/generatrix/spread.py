@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.generatrix.cells import along_arc
 from burrscan.generatrix.polyline import Foot, Polyline
 from burrscan.generatrix.refine import Step
 
@@ -56,8 +57,7 @@ def _sector_sums(
             continue
         node = starts[segment[i]] + (1 if t[i] > 0.5 else 0)
         if abs(distance[i]) < 4.0 * scale[node]:
-            turn = ((angle[i] - arc[0]) % (2.0 * np.pi)) / arc[1]
-            sector = min(int(turn * _SECTORS), _SECTORS - 1)
+            sector = min(int(along_arc(angle[i], arc) * _SECTORS), _SECTORS - 1)
             count[node, sector] += 1.0
             total[node, sector] += distance[i]
     return count, total
