@@ -198,7 +198,8 @@ def _cells(
 ) -> Ints32:
     cell = np.empty((len(along), 2), np.int32)
     for i in range(len(along)):
-        turn = (angle[i] - arc[0]) % (2.0 * np.pi)
+        turn = angle[i] - arc[0]
+        turn += 2.0 * np.pi if turn < 0.0 else 0.0  # both within -π to π: a remainder would be dear
         cell[i, 0] = min(int(along[i] / step_mm), shape[0] - 1)
         cell[i, 1] = min(int(turn / step_rad), shape[1] - 1)
     return cell
