@@ -8,8 +8,9 @@ import numpy as np
 
 from bench.paper.camera_view import OPPOSITE, seen_photo
 from bench.paper.drawing import grey
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
+from bench.paper.scanned import Scanned
 from bench.paper.shade import frame_of, shaded
 from burrscan.arrays import Floats
 
@@ -84,7 +85,7 @@ def draw(n: Numbers) -> Section:
             Claim(
                 "2",
                 "adapted light also shows the burr",
-                "figure 1",
+                "shown in figure 1",
                 *both(lambda v: _burr(plain[v], adapted[v])),
                 "yes"
                 if adapted["seed"][_ON_BURR] > 0.5

@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from bench.axis.revolution import axis_angle_deg
 from bench.paper.circles import picture, shown
-from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number
+from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.profile import find_axis_profile
 from burrscan.axis.seed import find_axis_seed, find_axis_seed_mended

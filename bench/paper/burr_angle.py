@@ -6,10 +6,11 @@ import numpy as np
 from markupsafe import Markup
 
 from bench.paper.drawing import Layer, bulk, dots, equal_axes, ring, spot
-from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.orientation import angles_of, sectioned
 from bench.paper.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number, verdict
 from bench.paper.planes import GREEN, INK
+from bench.paper.scanned import Scanned
 from bench.paper.shade import view_from
 from burrscan.arrays import Floats
 from burrscan.pipeline import inspect_surface
@@ -98,7 +99,7 @@ def draw(n: Numbers) -> Section:
                   *both(lambda v: f"off by {_error(n, f'{v}_{_OWN}'):.2f}°; about the true axis "
                         f"{_error(n, f'{v}_{_TRUE}'):.2f}°"),
                   verdict([_error(n, f"{v}_{_OWN}") < 2.0 for v in PIPELINES]),
-                  "" if _error(n, f"seed_{_OWN}") < 2.0 else "as above"),
+                  "" if _error(n, f"seed_{_OWN}") < 2.0 else "the seed's rays do not end on the burr"),
         ),
         pictures=tuple(p for v in SIDES for p in _pictures(n, v)),
         tables=(_table(n),),

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.paper.lab import Scanned
 from bench.paper.parts import number
+from bench.paper.scanned import Scanned
 from bench.report.figures import window
 from bench.report.pictures import brightened
 from burrscan.arrays import Levels

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bench.paper.drawing import Layer, bulk, dots, equal_axes, ring, spot
-from bench.paper.lab import Scanned
 from bench.paper.orientation import angles_of, sectioned
 from bench.paper.parts import Numbers, Picture, Variant
 from bench.paper.planes import GREEN, INK
+from bench.paper.scanned import Scanned
 from bench.paper.shade import view_from
 from burrscan.arrays import Floats
 

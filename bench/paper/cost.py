@@ -9,9 +9,10 @@ import numpy as np
 import trimesh
 
 from bench.paper.drawing import chart
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.orientation import PLANES, Sectioned, angles_of, sectioned
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
+from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis import find_axis
 from burrscan.axis.starts import hemisphere

@@ -8,11 +8,12 @@ from itertools import pairwise
 import numpy as np
 
 from bench.paper.drawing import Layer, bulk, dots, equal_axes
-from bench.paper.lab import PIPELINES, Lab, Scanned, in_frame
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.noise import PAPER_MM, along_rays
 from bench.paper.orientation import angles_of, sectioned
 from bench.paper.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
 from bench.paper.planes import GREEN, INK
+from bench.paper.scanned import Scanned, in_frame
 from bench.report.axes import Axes
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis

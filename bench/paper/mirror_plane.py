@@ -95,7 +95,12 @@ def _pictures(n: Numbers, variant: Side) -> list[Picture]:
     legend = (("v5", "full light"), (css, "adapted light"))
     return [
         *views,
-        Picture("Section through the highlight", _section(n, {"v5": wrong, css: right}), variant, legend),
+        Picture(
+            "Section along the line through the highlight",
+            _section(n, {"v5": wrong, css: right}),
+            variant,
+            legend,
+        ),
     ]
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.paper.drawing import chart
-from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
+from bench.paper.scanned import Scanned
 from bench.paper.scenery import paper_scene
 from bench.score.metrics import failed_metrics, measure_some, metric_named
 from bench.score.part import MeshEvidence, MeshTruth

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from bench.paper.camera_view import OPPOSITE, seen_photo
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.parts import Numbers, number
+from bench.paper.scanned import Scanned
 from bench.paper.shade import frame_of, shaded
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools, Floats, Levels
 
 SCENE = "plane"
 FILL = 0.8
@@ -78,8 +79,21 @@ def measure(lab: Lab) -> Numbers:
     frame = frame_of(clipped.vertices_mm, OPPOSITE)
     for key, scan in scans.items():
         found |= _one(key, scan, spot, row)
-        found[f"{key}_view"] = shaded(scan.vertices_mm, scan.faces, OPPOSITE, frame_mm=frame)
+        view = shaded(scan.vertices_mm, scan.faces, OPPOSITE, frame_mm=frame)
+        found[f"{key}_view"] = _with_line(view, clipped.arrays["true_points_mm"][row], frame)
     return found
+
+
+def _with_line(view: Levels, points_mm: Floats, frame_mm: tuple[Floats, Floats]) -> Levels:
+    """A shaded picture with a row's points (w, 3) marked: the line of the cross-section."""
+    low, high = frame_mm
+    scale = view.shape[1] / (high[0] - low[0])
+    seen = points_mm[np.isfinite(points_mm).all(axis=1)] @ OPPOSITE[:2].T
+    columns, rows = ((seen[:, 0] - low[0]) * scale).astype(int), ((high[1] - seen[:, 1]) * scale).astype(int)
+    inside = (columns >= 0) & (columns < view.shape[1]) & (rows >= 0) & (rows < view.shape[0])
+    marked = view.copy()
+    marked[rows[inside], columns[inside]] = 0
+    return marked
 
 
 def _one(key: str, scan: Scanned, spot: Bools, row: int) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from scipy.sparse.csgraph import connected_components
 
 from bench.paper.camera_view import OPPOSITE, seen_photo
 from bench.paper.drawing import grey
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
+from bench.paper.scanned import Scanned
 from bench.paper.shade import frame_of, shaded, view_from
 from burrscan.arrays import Floats, Ints32
 

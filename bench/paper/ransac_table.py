@@ -6,10 +6,11 @@ import numpy as np
 from scipy.special import ndtri
 
 from bench.paper.drawing import chart
-from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.noise import PAPER_MM, along_rays
 from bench.paper.orientation import angles_of, sectioned
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
+from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats
 from burrscan.axis.sections import ransac_rounds
 

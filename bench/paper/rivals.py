@@ -8,9 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.axis.revolution import axis_angle_deg
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.noise import PAPER_MM, along_rays
 from bench.paper.parts import Claim, Numbers, Section, Table
+from bench.paper.scanned import Scanned
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis import find_axis
 from burrscan.errors import InputError

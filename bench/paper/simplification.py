@@ -11,8 +11,9 @@ from bench.axis.revolution import axis_angle_deg
 from bench.paper.axis_found import METHODS
 from bench.paper.cost import simplified
 from bench.paper.drawing import chart
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
+from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats
 
 KEPT = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02)

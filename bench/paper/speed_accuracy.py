@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from bench.paper.lab import PIPELINES, Lab, Scanned
+from bench.paper.lab import PIPELINES, Lab
 from bench.paper.parts import SIDES, Claim, Numbers, Section, Side, Table, both, number
+from bench.paper.scanned import Scanned
 from bench.paper.scenery import paper_scene
 from bench.score.metrics import measure_some
 from bench.score.part import MeshEvidence, MeshTruth

@@ -9,7 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.axis.revolution import RidgeBurr, profile_of, revolution_scan
-from bench.paper.lab import Lab, Scanned
+from bench.paper.lab import Lab
+from bench.paper.scanned import Scanned
 
 SHAPE = 70, 48
 FULL_DN = 1023.0
