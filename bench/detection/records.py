@@ -17,6 +17,8 @@ from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
 Model = Literal["hit/miss", "signal"]
+ONE_SIZE = 1.05
+"""Sizes within this factor are one."""
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,11 @@ def detection(
     chosen = [r for r in records if all(r.parameters.get(k) == v for k, v in (where or {}).items())]
     mine = [record for record in chosen if record.variant == variant]
     sizes, hits, heights = _burrs(mine, _known_burrs(chosen), size)
-    curve, why_not = None, ""
+    curve, why_not = None, "burrs of one size only: no curve"
     try:
-        if model == "signal":
+        if of_one_size(sizes):
+            pass
+        elif model == "signal":
             least = threshold if threshold is not None else float(np.nanmin(heights, initial=np.inf))
             curve = fit_signal(sizes, heights, threshold=least, scale=scale, hidden=ceiling)
         else:
@@ -116,13 +120,19 @@ def detection(
         name=", ".join([variant, *(str(value) for value in (where or {}).values())]),
         size_name=size,
         curve=curve,
-        why_not=why_not,
+        why_not="" if curve else why_not,
         shares=shares(sizes, hits) if len(sizes) else (),
         false_calls_per_wheel=calls,
         false_calls_interval=interval,
         wheels=wheels,
         failed=sum(record.failure is not None for record in mine),
     )
+
+
+def of_one_size(sizes: Floats) -> bool:
+    """Whether burrs are so much alike that the slope of a curve through them would be chance."""
+    some = sizes[sizes > 0.0]
+    return bool(len(some)) and bool(some.max() <= ONE_SIZE * some.min())
 
 
 def _known_burrs(records: Sequence[Record]) -> dict[str, tuple[Mapping[str, Any], ...]]:

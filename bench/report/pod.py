@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
-from bench.detection import Detection, PodCurve, detection
+from bench.detection import Detection, PodCurve, detection, of_one_size
 from bench.detection.records import Model
 from bench.report.axes import Axes, log_marks
 from bench.report.sides import Panel
-from bench.run import Record
 from burrscan.arrays import Floats
 
 _MODELS: tuple[Model, ...] = ("hit/miss", "signal")
 _TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured height"}
 _MOST_BANDS = 3
-_ONE_SIZE = 1.05  # sizes within this factor are one
 _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
 
 
@@ -64,26 +62,17 @@ def pod_charts(panel: Panel) -> tuple[PodChart, ...]:
     charts = []
     for model in _MODELS:
         found = [
-            (side.css, side.label, _detection(panel.records_of(side), side.variant, model))
+            (side.css, side.label, detection(panel.records_of(side), variant=side.variant, model=model))
             for side in panel.sides
         ]
         sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
         if sizes and (model == "hit/miss" or any(item.curve for _, _, item in found)):
             curves = [(css, item) for css, _, item in found]
             rows = tuple(_row(css, label, item) for css, label, item in found)
-            flat = max(sizes) <= _ONE_SIZE * min(sizes)
+            flat = of_one_size(np.array(sizes))
             picture = Markup("") if flat else pod_picture(curves, _TITLES[model])
             charts.append(PodChart("Found or missed" if flat else _TITLES[model], picture, rows))
     return tuple(charts)
-
-
-def _detection(records: Sequence[Record], variant: str, model: Model) -> Detection:
-    """Without a curve where all burrs are of about one size: its slope would be chance."""
-    item = detection(records, variant=variant, model=model)
-    sizes = [share.size for share in item.shares if share.size > 0.0]
-    if item.curve is None or max(sizes) > _ONE_SIZE * min(sizes):
-        return item
-    return replace(item, curve=None, why_not="burrs of one size only: no curve")
 
 
 def pod_picture(found: Sequence[tuple[str, Detection]], label: str) -> Markup:
