@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
 
 _PLACES, _WIDTHS = 41, 33
 _PASSES = 16
@@ -223,6 +223,14 @@ def _running(crossed: Crossed, weight: Floats, slope: float) -> tuple[Floats, Fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _past(v: Floats, start: int, place: float) -> int:
+    """The first of the sorted ``v`` from ``start`` on that is not below a place."""
+    while start < len(v) and v[start] < place:
+        start += 1
+    return start
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _matched(
     v: Floats,
     sums: Floats,
@@ -236,9 +244,11 @@ def _matched(
     chi2, height = np.full(shape, np.inf), np.zeros(shape)
     turn, information = np.zeros(shape), np.zeros(shape)
     for i in range(shape[0]):
+        first, crest, last = 0, 0, 0
         for j in range(shape[1]):
             w, c = halves[i], places[i, j]
-            first, crest, last = np.searchsorted(v, np.array([c - w, c, c + w]))
+            # Places come in order, so that the ends of the flanks only move on.
+            first, crest, last = _past(v, first, c - w), _past(v, crest, c), _past(v, last, c + w)
             hh, hk, kk, hy, ky = 0.0, 0.0, 0.0, 0.0, 0.0
             for side in range(2):
                 s = sums[crest] - sums[first] if side == 0 else sums[last] - sums[crest]
@@ -262,29 +272,75 @@ def _matched(
 
 def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterior | None:
     """Means and covariance over the nodes, with what each leaves open of its height; None for spikes."""
-    halves = np.broadcast_to(grid.half_mm[:, None], nodes.chi2.shape)
-    some = np.isfinite(nodes.chi2) & (nodes.height_mm < 2.0 * STEEPEST * halves)
+    some = np.isfinite(nodes.chi2) & (nodes.height_mm < 2.0 * STEEPEST * grid.half_mm[:, None])
     if not some.any():
         return None
-    least, information = float(nodes.chi2[some].min()), nodes.information[some]
-    h, c = nodes.height_mm[some], grid.place_mm[some]
-    half = halves[some]
-    step = np.broadcast_to(np.ptp(grid.place_mm, axis=1)[:, None], some.shape)[some]
-    aspect = np.log(h / (2.0 * half)) / _WITHIN_E
-    cell = step * np.ptp(np.log(grid.half_mm)) / (h * np.sqrt(information))
-    mass = cell * np.exp(-0.5 * ((nodes.chi2[some] - least) / misfit + aspect**2))
-    total = float(mass.sum())
-    mass /= total
-    values = np.stack([np.log(h), c, slope + nodes.turn[some], np.log(half)])
-    mean = values @ mass
-    off = values - mean[:, None]
-    covariance = (mass * off) @ off.T
-    covariance[0, 0] += float(mass @ (misfit / (information * h**2)))
+    mean, covariance, total, least, information = _moments(
+        some,
+        nodes.chi2,
+        nodes.height_mm,
+        nodes.turn,
+        nodes.information,
+        grid.half_mm,
+        grid.place_mm,
+        slope,
+        misfit,
+    )
     mean[[0, 3]] = np.exp(mean[[0, 3]])
     scale = np.array([mean[0], 1.0, 1.0, mean[3]])
-    noise = float(np.sqrt(misfit / information[int(np.argmin(nodes.chi2[some]))]))
+    noise = float(np.sqrt(misfit / information))
     volume = float(np.log(max(total, 1e-300)))
     return Posterior(mean, covariance * np.outer(scale, scale), least, noise, misfit, volume)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _moments(  # noqa: C901 (one pass over the nodes)
+    some: Bools,
+    chi2: Floats,
+    height: Floats,
+    turn: Floats,
+    information: Floats,
+    halves: Floats,
+    places: Floats,
+    slope: float,
+    misfit: float,
+) -> tuple[Floats, Floats, float, float, float]:
+    """Mean and covariance of (log height, place, slope, log half-width), the whole, least chi-square.
+
+    Last, the information of the height where chi-square is least.
+    """
+    least, best = np.inf, 0.0
+    for i in range(chi2.shape[0]):
+        for j in range(chi2.shape[1]):
+            if some[i, j] and chi2[i, j] < least:
+                least, best = chi2[i, j], information[i, j]
+    ratio = np.log(halves[-1] / halves[0])
+    origin = np.array([0.0, places[0, 0], slope, 0.0])
+    first, second, value = np.zeros(4), np.zeros((4, 4)), np.empty(4)
+    total, open_height = 0.0, 0.0
+    for i in range(chi2.shape[0]):
+        stretch = (places[i].max() - places[i].min()) * ratio
+        for j in range(chi2.shape[1]):
+            if not some[i, j]:
+                continue
+            h = height[i, j]
+            aspect = np.log(h / (2.0 * halves[i])) / _WITHIN_E
+            share = np.exp(-0.5 * ((chi2[i, j] - least) / misfit + aspect * aspect))
+            mass = share * stretch / (h * np.sqrt(information[i, j]))
+            value[0], value[1] = np.log(h), places[i, j] - origin[1]
+            value[2], value[3] = turn[i, j], np.log(halves[i])
+            total += mass
+            open_height += mass * misfit / (information[i, j] * h * h)
+            for k in range(4):
+                first[k] += mass * value[k]
+                for m in range(k, 4):
+                    second[k, m] += mass * value[k] * value[m]
+    mean, covariance = first / total, np.empty((4, 4))
+    for k in range(4):
+        for m in range(k, 4):
+            covariance[k, m] = covariance[m, k] = second[k, m] / total - mean[k] * mean[m]
+    covariance[0, 0] += open_height / total
+    return mean + origin, covariance, total, least, best
 
 
 def _zoomed(grid: _Grid, chi2: Floats) -> _Grid | None:

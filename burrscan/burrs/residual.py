@@ -66,11 +66,14 @@ def burrs_residual(
     doubt, certain = doubt_of(field), []
     for region, site in _sites(field, found):
         crest, high, noise = _crest(field, doubt, site)
+        own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
+        if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
+            continue
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis, limit_mm=limit_mm)
-        if burr is None or not len(crest):
+        if burr is None:
             continue
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
-        size = high / float(np.hypot(noise.own_mm * np.sqrt(3.0 / len(crest)), shared_mm))
+        size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
             certain.append((region, _less_sure(burr, shared_mm), size))
     kept = without_satellites(field, [region for region, _, _ in certain], [size for _, _, size in certain])
