@@ -35,7 +35,9 @@ _MOST_SHIFT = 0.5
 _OPEN = 0.02
 """Relative sigma of the width from which directions are summed over too."""
 _STEP, _MOST_STEPS = 0.015, 15
-"""Steps of the direction: how far an end of the burr moves, in vertex spacings, and how many."""
+"""First step of the direction, how far an end of the burr moves, in vertex spacings; and how many of such."""
+_LEVEL = 0.5
+"""A change of the logarithm of the posterior below which the next step is twice as long."""
 _NO_SHARE = 6.0
 """Logarithm of the posterior below the best's at which a direction does not count."""
 _WITHIN_E = 1.0
@@ -163,26 +165,39 @@ def _over_slants(crossed: Crossed, found: Posterior, step: float, spacing: float
     Columns that are nearly along the burr cross it once, at a place that each direction puts elsewhere. The
     directions go up and down from the best in steps as long as they have a share in the whole.
     """
-    parts, least = [found], found.evidence(found.misfit) - _NO_SHARE
+    parts, offsets, least = [found], [0.0], found.evidence(found.misfit) - _NO_SHARE
     for way in (1.0, -1.0):
-        start = found
-        for k in range(1, _MOST_STEPS + 1):
-            model = start.mean.copy()
-            model[2] = found.mean[2] + way * k * step
+        before, offset, stride = found, 0.0, step
+        while offset + stride <= _MOST_STEPS * step:
+            offset += stride
+            model = before.mean.copy()
+            model[2] = found.mean[2] + way * offset
             part = _converged(crossed, model, _first(float(model[1]), spacing), 0.0)
             if part is None or part.evidence(found.misfit) < least:
                 break
             parts.append(part)
-            start = part
+            offsets.append(way * offset)
+            if abs(part.evidence(found.misfit) - before.evidence(found.misfit)) < _LEVEL:
+                stride *= 2.0
+            before = part
     if len(parts) == 1:
         return found
-    return _mixed(parts, found.misfit)
+    return _mixed(parts, _stretches(np.array(offsets)), found.misfit)
 
 
-def _mixed(parts: list[Posterior], misfit: float) -> Posterior:
+def _stretches(offsets: Floats) -> Floats:
+    """How much of the line each of some places stands for: to half-way to the next."""
+    order = np.argsort(offsets)
+    gaps = np.diff(offsets[order])
+    stretch = np.empty_like(offsets)
+    stretch[order] = 0.5 * (np.append(gaps, gaps[-1]) + np.append(gaps[0], gaps))
+    return stretch
+
+
+def _mixed(parts: list[Posterior], stretches: Floats, misfit: float) -> Posterior:
     """Mean and covariance of the whole, heights and widths in logarithms."""
     evidence = np.array([part.evidence(misfit) for part in parts])
-    mass = np.exp(evidence - evidence.max())
+    mass = stretches * np.exp(evidence - evidence.max())
     mass /= mass.sum()
     scales = np.array([[part.mean[0], 1.0, 1.0, part.mean[3]] for part in parts])
     values = np.array([part.mean for part in parts])
