@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -57,6 +58,15 @@ class PodCurve:
     ceiling: float
     trials: int
     hits: int
+
+    def told(self, value: float) -> str:
+        """A size as text; beyond the sizes that were tried, where the curve is a guess, none is stated."""
+        low, high = float(self.size[0]), float(self.size[-1])
+        if math.isnan(value):
+            return "–"
+        if value < low:
+            return f"< {low:.2g}"
+        return f"{value:.3g}" if value <= high else f"> {high:.2g}"
 
 
 @dataclass(frozen=True)

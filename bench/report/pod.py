@@ -152,17 +152,7 @@ def _row(css: str, label: str, item: Detection) -> PodRow:
 
 def told_sizes(fit: PodCurve) -> tuple[str, str, str]:
     """a50, a90 and a90/95 as texts."""
-    return _size(fit.a50, fit), _size(fit.a90, fit), _size(fit.a90_95, fit)
-
-
-def _size(value: float, fit: PodCurve) -> str:
-    """Nothing is stated beyond the sizes that were tried: there the curve is a guess."""
-    low, high = float(fit.size[0]), float(fit.size[-1])
-    if math.isnan(value):
-        return "–"
-    if value < low:
-        return f"< {low:.2g}"
-    return f"{value:.3g}" if value <= high else f"> {high:.2g}"
+    return fit.told(fit.a50), fit.told(fit.a90), fit.told(fit.a90_95)
 
 
 def _digits(value: float) -> str:

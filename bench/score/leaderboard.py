@@ -64,19 +64,24 @@ def _metric_column(run: Run, names: Sequence[str], name: str) -> Column:
     values = tuple(summarise(name, [r for r in run.records if r.variant == v]) for v in names)
     share = metric.unit == "1"
     unit = {"1": ", %", "count": ""}.get(metric.unit, f", {metric.unit}")
-    texts = tuple(_number(100.0 * value if share else value, 1 if share else 3) for value in values)
+    texts = tuple(_number(100.0 * value, ".1f") if share else _number(value, ".3g") for value in values)
     return Column(f"{metric.title}{unit}", values, texts, metric.better == "higher")
 
 
 def _size_columns(run: Run, names: Sequence[str]) -> list[Column]:
-    """Burr heights that are found with a probability of 0.5 and 0.9, where a curve fits."""
+    """Burr heights that are found with a probability of 0.5 and 0.9, where a curve fits.
+
+    Beyond the heights that were tried none is known: those are the last in their column.
+    """
     curves = [detection(run.records, variant=name).curve for name in names]
     if not any(curves):
         return []
     columns = []
     for attribute, title in _SIZES.items():
-        values = tuple(float(getattr(curve, attribute, math.nan)) for curve in curves)
-        columns.append(Column(title, values, tuple(_number(value, 2) for value in values), higher=False))
+        sizes = [(curve, float(getattr(curve, attribute))) if curve else (None, math.nan) for curve in curves]
+        texts = tuple(curve.told(size) if curve else "–" for curve, size in sizes)
+        tried = tuple(math.inf if curve and size > curve.size[-1] else size for curve, size in sizes)
+        columns.append(Column(title, tried, texts, higher=False))
     return columns
 
 
@@ -94,7 +99,5 @@ def _key(value: float, *, higher: bool) -> float:
     return math.inf if math.isnan(value) else -value if higher else value
 
 
-def _number(value: float, decimals: int) -> str:
-    if math.isnan(value):
-        return "–"
-    return "never" if math.isinf(value) else f"{value:.{decimals}f}"
+def _number(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "–"

@@ -67,9 +67,9 @@ def cells(table: str) -> dict[str, dict[str, str]]:
 def test_the_better_one_leads_and_the_best_of_each_column_is_bold(tmp_path: Path) -> None:
     found = cells(leaderboard(run_in(tmp_path / "run")))
     assert list(found) == ["good", "poor"]
-    assert found["good"]["Axis angle, deg"] == "**0.010**"
-    assert found["poor"]["Axis angle, deg"] == "0.200"
-    assert found["poor"]["False calls"] == "**0.000**"
+    assert found["good"]["Axis angle, deg"] == "**0.01**"
+    assert found["poor"]["Axis angle, deg"] == "0.2"
+    assert found["poor"]["False calls"] == "**0**"
     assert found["good"]["Coverage, %"] == "**90.0**"
     assert found["poor"]["Coverage, %"] == "88.5"  # the case without a result covers nothing
     assert (found["poor"]["failed"], found["good"]["failed"]) == ("1", "0")
