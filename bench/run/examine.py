@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import traceback
 from pathlib import Path
 
@@ -44,7 +46,15 @@ def failed_record(case: Case, variant: Variant, why: Failure, *, own: tuple[str,
 def failure(stage: str, error: Exception) -> Failure:
     """An exception as a record keeps it."""
     text = "".join(traceback.format_exception(error))
-    return Failure(stage, f"{type(error).__name__}: {error}", text)
+    return Failure(stage, f"{type(error).__name__}: {error}", without_roots(text))
+
+
+def without_roots(text: str) -> str:
+    """A traceback whose files are named from where they are imported: records leave the machine."""
+    roots = {str(Path(path).absolute()) for path in sys.path} - {os.sep}
+    for root in sorted(roots, key=len, reverse=True):
+        text = text.replace(f'"{root}{os.sep}', '"')
+    return text
 
 
 def _examine_variant(job: Job, case: Case, variant: Variant, subject: Subject, folder: Path) -> Record:
