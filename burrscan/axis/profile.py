@@ -89,18 +89,19 @@ def find_axis_profile(
         means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma, least=least
     )
     blur = resolution(rough, max(raw_sigma, rough.sigma), len(points), pitch)
-    fits = []
-    for weights in [cloud.weights] + [np.empty(0)] * bool(len(cloud.weights)):
-        fit = refine(
+    weightings = [cloud.weights, np.empty(0)] if len(cloud.weights) else [cloud.weights]
+    fits = [
+        refine(
             points, weights, rough.frame[:, 2], rough.place,
             blur=blur, steps=full_steps, sigma=rough.sigma, raw_sigma=raw_sigma, thinned=(means, counts),
             least=least,
-        )  # fmt: skip
-        kept = points
-        if corners is not None:
-            fit, kept, raw = _by_corners(fit, points, raw, corners, blur)
-        fits.append((fit, spread_of(kept, raw, weights, fit)))
-    fit, spread = min(fits, key=lambda one: openness(one[1]))
+        )
+        for weights in weightings
+    ]  # fmt: skip
+    if corners is not None:  # no noise is stated there, so that there is one fit
+        fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
+    spreads = [spread_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
+    fit, spread = min(zip(fits, spreads, strict=True), key=lambda one: openness(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, spread=spread)
     return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
 

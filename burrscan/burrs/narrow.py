@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.burrs.patch import Patch
 
 _PLACES, _WIDTHS = 41, 33
 _PASSES = 16
@@ -43,16 +44,6 @@ _NO_SHARE = 6.0
 _WITHIN_E = 1.0
 """How far, in logarithms, a height is from its base's width."""
 _FEWEST = 5
-
-
-@dataclass(frozen=True)
-class Crossed:
-    """Vertices around a burr: (N,) along it, across it, height, and noise, all in mm."""
-
-    u_mm: Floats
-    v_mm: Floats
-    lift_mm: Floats
-    sigma_mm: Floats
 
 
 @dataclass(frozen=True)
@@ -107,12 +98,12 @@ class _Nodes:
     information: Floats
 
 
-def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted: bool) -> Posterior | None:
+def posterior_of(patch: Patch, start: Floats, *, spacing_mm: float, slanted: bool) -> Posterior | None:
     """Sum the posterior of a triangular ridge; None where none rises that a scanner would see.
 
     Parameters
     ----------
-    crossed
+    patch
         The vertices.
     start
         (4,) height, position, change with u, half-width of a first guess.
@@ -129,21 +120,21 @@ def posterior_of(crossed: Crossed, start: Floats, *, spacing_mm: float, slanted:
     weights. O(N log N) for each of a few passes: sums over the flanks are differences of running sums.
 
     """
-    reach = max(float(np.abs(crossed.u_mm).max()), spacing_mm)
+    reach = max(float(np.abs(patch.u_mm).max()), spacing_mm)
     most = _MOST_SHIFT * spacing_mm / reach if slanted else 0.0
-    found = _converged(crossed, start, _first(float(start[1]), spacing_mm), most)
+    found = _converged(patch, start, _first(float(start[1]), spacing_mm), most)
     if found is None or not slanted or found.covariance[3, 3] < (_OPEN * found.mean[3]) ** 2:
         return found
-    return _over_slants(crossed, found, _STEP * spacing_mm / reach, spacing_mm)
+    return _over_slants(patch, found, _STEP * spacing_mm / reach, spacing_mm)
 
 
-def _converged(crossed: Crossed, start: Floats, grid: _Grid, most: float) -> Posterior | None:
+def _converged(patch: Patch, start: Floats, grid: _Grid, most: float) -> Posterior | None:
     """The posterior on the grid that is fine enough, turns of the start by up to ``most`` a pass allowed."""
     model, result = start, None
     for _ in range(_PASSES):
-        weight = _weights(crossed, model)
+        weight = _weights(patch, model)
         slope = float(model[2])
-        nodes = _Nodes(*_matched(*_running(crossed, weight, slope), grid.half_mm, grid.place_mm, most))
+        nodes = _Nodes(*_matched(*_running(patch, weight, slope), grid.half_mm, grid.place_mm, most))
         if not np.isfinite(nodes.chi2).any():
             return result
         i, j = np.unravel_index(int(np.argmin(nodes.chi2)), nodes.chi2.shape)
@@ -159,7 +150,7 @@ def _converged(crossed: Crossed, start: Floats, grid: _Grid, most: float) -> Pos
     return result
 
 
-def _over_slants(crossed: Crossed, found: Posterior, step: float, spacing: float) -> Posterior:
+def _over_slants(patch: Patch, found: Posterior, step: float, spacing: float) -> Posterior:
     """The posterior over directions too, where width, place and direction trade against each other.
 
     Columns that are nearly along the burr cross it once, at a place that each direction puts elsewhere. The
@@ -172,7 +163,7 @@ def _over_slants(crossed: Crossed, found: Posterior, step: float, spacing: float
             offset += stride
             model = before.mean.copy()
             model[2] = found.mean[2] + way * offset
-            part = _converged(crossed, model, _first(float(model[1]), spacing), 0.0)
+            part = _converged(patch, model, _first(float(model[1]), spacing), 0.0)
             if part is None or part.evidence(found.misfit) < least:
                 break
             parts.append(part)
@@ -217,20 +208,20 @@ def _first(middle: float, spacing: float) -> _Grid:
     return _Grid(half, np.tile(middle + spacing * np.linspace(-_REACH, _REACH, _PLACES), (_WIDTHS, 1)))
 
 
-def _weights(crossed: Crossed, model: Floats) -> Floats:
+def _weights(patch: Patch, model: Floats) -> Floats:
     """Huber's weights over the variance."""
     height, centre, slope, half = model
-    off = np.abs(crossed.v_mm - centre - slope * crossed.u_mm) / half
-    residual = np.abs(crossed.lift_mm - height * np.clip(1.0 - off, 0.0, None))
-    huber = np.minimum(1.0, _HUBER * crossed.sigma_mm / np.maximum(residual, 1e-300))
-    return np.asarray(huber / crossed.sigma_mm**2)
+    off = np.abs(patch.v_mm - centre - slope * patch.u_mm) / half
+    residual = np.abs(patch.lift_mm - height * np.clip(1.0 - off, 0.0, None))
+    huber = np.minimum(1.0, _HUBER * patch.sigma_mm / np.maximum(residual, 1e-300))
+    return np.asarray(huber / patch.sigma_mm**2)
 
 
-def _running(crossed: Crossed, weight: Floats, slope: float) -> tuple[Floats, Floats, float]:
+def _running(patch: Patch, weight: Floats, slope: float) -> tuple[Floats, Floats, float]:
     """Places across in order, running sums of what the flanks need, and the sum of squares of all lifts."""
-    v = crossed.v_mm - slope * crossed.u_mm
+    v = patch.v_mm - slope * patch.u_mm
     order = np.argsort(v, kind="stable")
-    v, u, y, w = v[order], crossed.u_mm[order], crossed.lift_mm[order], weight[order]
+    v, u, y, w = v[order], patch.u_mm[order], patch.lift_mm[order], weight[order]
     terms = np.stack([w, w * v, w * v * v, w * y, w * y * v, w * u, w * u * v, w * u * u, w * u * y], axis=1)
     sums = np.zeros((len(v) + 1, terms.shape[1]))
     np.cumsum(terms, axis=0, out=sums[1:])

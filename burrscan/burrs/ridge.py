@@ -14,7 +14,8 @@ from numba import njit
 from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.burrs.narrow import REACH, Crossed, posterior_of
+from burrscan.burrs.narrow import REACH, posterior_of
+from burrscan.burrs.patch import Patch
 from burrscan.burrs.section import section, sections
 
 _STEPS = 25
@@ -35,27 +36,6 @@ _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
 _ALL = np.ones(5, dtype=np.bool_)
-
-
-@dataclass(frozen=True)
-class Patch:
-    """Vertices around a burr in its own frame.
-
-    Parameters
-    ----------
-    u_mm, v_mm
-        (N,) along the burr and across it.
-    lift_mm
-        (N,) deviation, positive on the burr.
-    sigma_mm
-        (N,) noise.
-
-    """
-
-    u_mm: Floats
-    v_mm: Floats
-    lift_mm: Floats
-    sigma_mm: Floats
 
 
 @dataclass(frozen=True)
@@ -367,7 +347,7 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     near = _part(patch, np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
     slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing) if len(near.u_mm) else False
     found = posterior_of(
-        Crossed(near.u_mm, near.v_mm, near.lift_mm, near.sigma_mm),
+        near,
         ridge.parameters[:4],
         spacing_mm=spacing,
         slanted=slanted,

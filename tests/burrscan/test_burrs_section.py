@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from burrscan.burrs.narrow import Crossed, posterior_of
-from burrscan.burrs.ridge import Patch, first_ridge, fit_ridge
+from burrscan.burrs.narrow import posterior_of
+from burrscan.burrs.patch import Patch
+from burrscan.burrs.ridge import first_ridge, fit_ridge
 from burrscan.burrs.section import section, sections
 
 HALVES = st.floats(0.3, 1.5)
@@ -44,12 +45,12 @@ def test_a_footprint_s_mean_of_a_triangle() -> None:
 
 def _columns(
     places: list[float], sigma_mm: float = 0.05, *, footprint: float = 0.0, half: float = 0.5
-) -> Crossed:
+) -> Patch:
     """Columns of vertices 0.5 mm apart along a burr 2 mm high at v = 0.05 mm, 60 mm long."""
     rng = np.random.default_rng(1)
     u, v = (grid.ravel() for grid in np.meshgrid(np.arange(-30.0, 30.0, 0.5), places))
     lift = 2.0 * sections(v - 0.05, half, half, 1, footprint) + sigma_mm * rng.normal(size=len(u))
-    return Crossed(u, v, lift, np.full(len(u), sigma_mm))
+    return Patch(u, v, lift, np.full(len(u), sigma_mm))
 
 
 def test_two_columns_leave_the_height_open_three_places_do_not() -> None:
@@ -74,7 +75,7 @@ def test_known_places_reach_the_bound() -> None:
         u, v = rng.uniform(-30.0, 30.0, 1500), rng.uniform(-1.5, 1.5, 1500)
         lift = 2.0 * sections(v, 0.5, 0.5, 1, 0.0) + 0.05 * rng.normal(size=1500)
         found = posterior_of(
-            Crossed(u, v, lift, np.full(1500, 0.05)), np.array([1.5, 0.1, 0.0, 0.7]), spacing_mm=0.5,
+            Patch(u, v, lift, np.full(1500, 0.05)), np.array([1.5, 0.1, 0.0, 0.7]), spacing_mm=0.5,
             slanted=True,
         )  # fmt: skip
         assert found is not None
