@@ -148,13 +148,9 @@ def sizes_told(item: Detection) -> str:
     if item.curve is None:
         return item.why_not
     fit = item.curve
-    told = [f"{name} {_size(value)}" for name, value in (("a50", fit.a50), ("a90", fit.a90))]
-    bound = "a90/95 not shown by these burrs" if math.isinf(fit.a90_95) else f"a90/95 {_size(fit.a90_95)}"
-    return ", ".join([*told, bound, f"{fit.hits} of {fit.trials} found"])
-
-
-def _size(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else "–"
+    told = [f"{name} {fit.told(value)}" for name, value in (("a50", fit.a50), ("a90", fit.a90))]
+    bound = "not shown by these burrs" if math.isinf(fit.a90_95) else fit.told(fit.a90_95)
+    return ", ".join([*told, f"a90/95 {bound}", f"{fit.hits} of {fit.trials} found"])
 
 
 def _line(x0: float, y0: float, x1: float, y1: float, lightness: float) -> Markup:
