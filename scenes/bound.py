@@ -21,7 +21,6 @@ from burrscan.scanner import PassThrough, Patterns, Scanner
 from scenes.scene import SceneSpec
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
-from scenes.transport.tiles import no_tiles
 
 _FRAMES_AT_ONCE = 12
 _DERIVATIVE = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
@@ -104,7 +103,7 @@ def _direct_of(light: LightTransport, pixels: Ints) -> LightTransport:
     some = SparseRows(starts, part.columns[taken], part.values[taken])
     shape = (1, len(pixels))
     nan = np.full(shape, np.nan, np.float32)
-    return LightTransport(shape, light.projector_shape, some, no_tiles(shape), nan, nan, nan, nan)
+    return LightTransport(shape, light.projector_shape, some, empty_rows(len(pixels)), nan, nan, nan, nan, nan)
 
 
 def _chunks(shots: Sequence[Shot], sheet: ProjectorSheet) -> Iterator[tuple[Floats32, Floats32, float]]:

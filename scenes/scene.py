@@ -50,11 +50,16 @@ class RenderSpec:
     Parameters
     ----------
     samples
-        Light paths per camera pixel, a power of two.
+        Light paths of every camera pixel, a power of two.
     bounces
         Surface interactions of the longest path; 1 leaves interreflections out.
     seed
         Of the sampling.
+    error
+        Standard error of a pixel's interreflected light, as a share of its whole light, above which it gets
+        more paths: half the error costs nearly three times the paths. Infinite refines nothing.
+    most
+        Paths that no pixel exceeds, a power of two. What they leave is stated with the transport.
 
     """
 
@@ -63,6 +68,8 @@ class RenderSpec:
     samples: Annotated[int, Field(ge=2, le=4096)] = 16
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
+    error: Annotated[float, Field(gt=0.0)] = 0.02
+    most: Annotated[int, Field(ge=64, le=65536)] = 1024
 
 
 @dataclass(frozen=True)

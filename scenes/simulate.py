@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -136,7 +137,7 @@ def _light(
     transport = stored(
         cache_dir,
         key,
-        lambda: trace(mi, bare, optics, samples=render.samples, bounces=render.bounces, seed=render.seed),
+        lambda: trace(mi, bare, optics, **dataclasses.asdict(render)),
     )
     return transport, hits
 

@@ -9,6 +9,7 @@ and processor seconds of each (median over the rounds), their ratio pair by pair
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import resource
 import time
 from collections.abc import Callable
@@ -64,7 +65,7 @@ def _sides(name: str, scale: float) -> tuple[Callable[[], object], Callable[[], 
     light = np.random.default_rng(0).random((_PATTERNS, *optics.rig.projector.shape), dtype=np.float32)
     render = scene.render
     return (
-        lambda: trace(mi, bare, optics, samples=render.samples, bounces=render.bounces).relight(light),
+        lambda: trace(mi, bare, optics, **dataclasses.asdict(render)).relight(light),
         lambda: stock_image(mi, mesh, optics, light[0], samples=render.samples, bounces=render.bounces),
     )
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from burrscan.arrays import Floats32, freeze
 from scenes.transport.rows import SparseRows
-from scenes.transport.tiles import TiledRows
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class LightTransport:
     camera_shape, projector_shape
         Rows and columns of both.
     direct, indirect
-        Light that met the surface once, by camera pixel, and more often, by tiles of camera pixels.
+        Light that met the surface once, and more often.
     ambient
         (h, w) light under a uniform surround of radiance 1 (of the white diffuser), by paths that meet one
         surface fewer than the projector's.
@@ -37,20 +36,24 @@ class LightTransport:
     spread_px
         (h, w) standard deviation of the projector column over the direct light of each camera pixel: 0.29 for
         a footprint one projector pixel wide, large on depth edges.
+    indirect_sigma
+        (h, w) standard error of the interreflected light under full white, from the tracing.
 
     """
 
     camera_shape: tuple[int, int]
     projector_shape: tuple[int, int]
     direct: SparseRows
-    indirect: TiledRows
+    indirect: SparseRows
     ambient: Floats32
     u_px: Floats32
     v_px: Floats32
     spread_px: Floats32
+    indirect_sigma: Floats32
 
     def __post_init__(self) -> None:
         freeze(self, ambient=self.ambient, u_px=self.u_px, v_px=self.v_px, spread_px=self.spread_px)
+        freeze(self, indirect_sigma=self.indirect_sigma)
 
     def relight(self, light: Floats32) -> Floats32:
         """Images of the scene under projected light.

@@ -52,15 +52,35 @@ def empty_rows(count: int) -> SparseRows:
     return SparseRows(np.zeros(count + 1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))
 
 
-def stack(parts: list[SparseRows]) -> SparseRows:
-    """Rows of several parts, one after the other."""
-    bases = np.cumsum([0, *(part.starts[-1] for part in parts)])
-    starts = [part.starts[:-1] + base for part, base in zip(parts, bases[:-1], strict=True)]
-    return SparseRows(
-        starts=np.concatenate([*starts, bases[-1:]]),
-        columns=np.concatenate([part.columns for part in parts]),
-        values=np.concatenate([part.values for part in parts]),
-    )
+def scattered(parts: list[tuple[Ints, SparseRows]], count: int) -> SparseRows:
+    """Rows of ``count`` pixels from those of some of them; of several for one pixel the last holds.
+
+    ``parts`` are the flat pixels and their rows. O(entries + count).
+    """
+    part_of, row_of = np.full(count, -1), np.zeros(count, np.int64)
+    for number, (pixels, _) in enumerate(parts):
+        part_of[pixels], row_of[pixels] = number, np.arange(len(pixels))
+    lengths = np.zeros(count, np.int64)
+    for number, (_, rows) in enumerate(parts):
+        mine = part_of == number
+        lengths[mine] = np.diff(rows.starts)[row_of[mine]]
+    starts = np.concatenate([[0], np.cumsum(lengths)])
+    columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
+    for number, (_, rows) in enumerate(parts):
+        mine = np.flatnonzero(part_of == number)
+        _copy_rows(rows.starts, rows.columns, rows.values, row_of[mine], starts[mine], columns, values)
+    return SparseRows(starts, columns, values)
+
+
+@nb.njit(cache=True, parallel=True)
+def _copy_rows(
+    starts: Ints, columns: Ints32, values: Floats32, rows: Ints, to: Ints, out: Ints32, light: Floats32
+) -> None:
+    for k in nb.prange(rows.size):
+        first, count = starts[rows[k]], starts[rows[k] + 1] - starts[rows[k]]
+        for i in range(count):
+            out[to[k] + i] = columns[first + i]
+            light[to[k] + i] = values[first + i]
 
 
 @nb.njit(cache=True, parallel=True)

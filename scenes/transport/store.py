@@ -13,19 +13,17 @@ import numpy as np
 from burrscan.files import written_whole
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows
-from scenes.transport.tiles import SIDES, TiledRows
 
-TRANSPORT_VERSION = 6
+TRANSPORT_VERSION = 7
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
 FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"
 """Names the folder of stored transports; ``off`` keeps none."""
 
 _LIMIT_BYTES = 4 << 30
-_TILES = tuple(f"tiles{side}" for side in SIDES)
-_PARTS = ("direct", *_TILES)
+_PARTS = ("direct", "indirect")
 _NAMES = ("starts", "columns", "values")
-_IMAGES = ("ambient", "u_px", "v_px", "spread_px")
+_IMAGES = ("ambient", "u_px", "v_px", "spread_px", "indirect_sigma")
 
 
 def default_folder() -> Path | None:
@@ -86,17 +84,15 @@ def _read(path: Path) -> LightTransport:
         return LightTransport(
             camera_shape=(camera[0], camera[1]),
             projector_shape=(projector[0], projector[1]),
-            direct=rows["direct"],
-            indirect=TiledRows(tuple(rows[part] for part in _TILES), file["receives"]),
+            **rows,
             **images,
         )
 
 
 def _write(path: Path, transport: LightTransport) -> None:
     arrays = {name: getattr(transport, name) for name in _IMAGES}
-    arrays["receives"] = transport.indirect.receives
-    for part, rows in zip(_PARTS, (transport.direct, *transport.indirect.levels), strict=True):
-        arrays |= {f"{part}_{name}": getattr(rows, name) for name in _NAMES}
+    for part in _PARTS:
+        arrays |= {f"{part}_{name}": getattr(getattr(transport, part), name) for name in _NAMES}
     with written_whole(path) as beside:
         np.savez(
             beside,

@@ -1,0 +1,113 @@
+"""From the samples of each camera pixel to rows of the matrix, and what the samples say of their own error."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from burrscan.arrays import Floats, Floats32, Ints, Ints32
+from scenes.transport.paths import Bounced
+from scenes.transport.rows import SparseRows
+
+Pixels = NDArray[np.uint32]
+
+REPLICATES = 4
+"""Independent scramblings of a refined pixel: their scatter is its error (Owen 1997; 4 cost the accuracy of
+half the samples at most and leave three degrees of freedom)."""
+
+
+class Gathered(NamedTuple):
+    """Rows of some pixels, in their order.
+
+    ``rows``: the light of each projector pixel. ``variance`` (P,): of one sample's light. ``scatter`` (P,):
+    variance of the mean of the replicates' means. ``lit``: the light of each path that carries some, by pixel; its
+    columns number the rows of ``points_mm`` (n, 3), the second surface of each.
+    """
+
+    rows: SparseRows
+    variance: Floats
+    scatter: Floats
+    lit: SparseRows
+    points_mm: Floats32
+
+
+def gather(bounced: Bounced, *, samples: int, paths: int) -> Gathered:
+    """Rows of pixels whose samples stand one after the other.
+
+    Parameters
+    ----------
+    bounced
+        What each of P · samples paths brings.
+    samples
+        Per pixel; consecutive quarters of them are the replicates.
+    paths
+        How many there are.
+
+    Returns
+    -------
+    An entry for each sample and bounce with light, its value the light over ``samples``. O(paths).
+
+    """
+    pixel = np.zeros((len(bounced.arrivals), paths), np.uint32)
+    weight = np.zeros((len(bounced.arrivals), paths), np.float32)
+    for bounce, arrival in enumerate(bounced.arrivals):
+        pixel[bounce], weight[bounce] = arrival.pixel.numpy(), arrival.weight.numpy()
+    starts = np.zeros(paths // samples + 1, np.int64)
+    np.cumsum(_count(weight, samples), out=starts[1:])
+    columns, values, variance, scatter = _fill(pixel, weight, samples, starts)
+    light = weight.sum(axis=0)
+    lit = np.flatnonzero(light)
+    first = np.searchsorted(lit, np.arange(paths // samples + 1) * samples)
+    return Gathered(
+        rows=SparseRows(starts, columns, values),
+        variance=variance,
+        scatter=scatter,
+        lit=SparseRows(first, np.arange(lit.size, dtype=np.int32), light[lit]),
+        points_mm=np.ascontiguousarray(bounced.second_mm.numpy().T[lit]),
+    )
+
+
+@nb.njit(cache=True, parallel=True)
+def _count(weight: Floats32, samples: int) -> Ints:
+    bounces, total = weight.shape
+    counts = np.zeros(total // samples, np.int64)
+    for p in nb.prange(counts.size):
+        for s in range(p * samples, (p + 1) * samples):
+            for b in range(bounces):
+                counts[p] += weight[b, s] > 0.0
+    return counts
+
+
+@nb.njit(cache=True, parallel=True)
+def _fill(
+    pixel: Pixels, weight: Floats32, samples: int, starts: Ints
+) -> tuple[Ints32, Floats32, Floats, Floats]:
+    bounces = weight.shape[0]
+    count = starts.size - 1
+    columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
+    variance, scatter = np.zeros(count), np.zeros(count)
+    part = samples // REPLICATES
+    for p in nb.prange(count):
+        k = starts[p]
+        total, square, spread = 0.0, 0.0, 0.0
+        for r in range(REPLICATES):
+            mean = 0.0
+            for s in range(p * samples + r * part, p * samples + (r + 1) * part):
+                light = 0.0
+                for b in range(bounces):
+                    if weight[b, s] > 0.0:
+                        columns[k] = pixel[b, s]
+                        values[k] = weight[b, s] / samples
+                        light += weight[b, s]
+                        k += 1
+                mean += light / part
+                square += light * light
+            total += mean
+            spread += mean * mean
+        mean = total / REPLICATES
+        variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
+        scatter[p] = max(spread / REPLICATES - mean * mean, 0.0) / (REPLICATES - 1)
+    return columns, values, variance, scatter

@@ -1,0 +1,120 @@
+"""Light paths of camera samples, as Dr.Jit expressions: the first surface, and the light by way of later ones.
+
+``mi`` is the activated Mitsuba module: it may be imported only after the renderer has chosen LLVM's library.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import drjit as dr
+
+from scenes.transport.optics import Optics
+from scenes.transport.rays import Lit, camera_rays, projected_light
+
+
+class Arrival(NamedTuple):
+    """Interreflected light of one bounce: the flat projector pixel that it comes from, and how much."""
+
+    pixel: Any
+    weight: Any
+
+
+class Bounced(NamedTuple):
+    """What paths bring by way of later surfaces.
+
+    ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that leave
+    the scene, which is what a uniform surround of radiance 1 sends. ``second_mm``: the second surface that each
+    meets.
+    """
+
+    arrivals: list[Arrival]
+    surround: Any
+    second_mm: Any
+
+
+def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, sampler: Any) -> Any:
+    """What the camera sees at pixel coordinates: a surface interaction."""
+    lens = on_lens(mi, optics.camera_aperture_mm, sampler)
+    return scene.ray_intersect(camera_rays(mi, optics, column, row, lens))
+
+
+def reflected(mi: Any, si: Any, component: Any, direction: Any) -> tuple[Any, Any]:
+    """Direction of a path after surface ``si``, in the world, drawn from its BSDF, and its throughput.
+
+    ``component`` (1D) and ``direction`` (2D) are random numbers.
+    """
+    chosen, weight = si.bsdf().sample(mi.BSDFContext(), si, component, direction, si.is_valid())
+    return si.to_world(chosen.wo), weight[0]
+
+
+def later_surfaces(
+    mi: Any,
+    scene: Any,
+    optics: Optics,
+    si: Any,
+    first_turn: tuple[Any, Any],
+    sampler: Any,
+    bounces: int,
+) -> Bounced:
+    """Light that reaches the camera from interaction ``si`` by way of further surfaces.
+
+    Directions after the first are drawn from each surface's BSDF, the projector is asked at each surface
+    (next-event estimation).
+
+    Parameters
+    ----------
+    mi, scene, optics
+        As of :func:`scenes.transport.trace.trace`.
+    si
+        The first surface.
+    first_turn
+        Direction after it and throughput.
+    sampler
+        Of all further random numbers.
+    bounces
+        Surface interactions of the longest path.
+
+    """
+    arrivals, surround = [], mi.Float(0.0)
+    (towards, throughput), active, second = first_turn, si.is_valid(), mi.Point3f(0.0)
+    for bounce in range(1, max(bounces, 2)):
+        active &= throughput > 0.0
+        si = scene.ray_intersect(si.spawn_ray(towards), active)
+        surround += dr.select(active & ~si.is_valid(), throughput, 0.0)
+        active &= si.is_valid()
+        second = si.p if bounce == 1 else second
+        if bounce < bounces:
+            lens = on_lens(mi, optics.projector_aperture_mm, sampler)
+            lit = projected_light(mi, scene, optics, si, lens, active)
+            arrivals.append(_one_pixel(mi, optics, lit, throughput, sampler))
+            towards, weight = reflected(mi, si, sampler.next_1d(active), sampler.next_2d(active))
+            throughput = throughput * weight
+    return Bounced(arrivals, surround, second)
+
+
+def on_lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:
+    """A point on the unit disc, or nothing for a pinhole."""
+    return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
+
+
+def _one_pixel(mi: Any, optics: Optics, lit: Lit, throughput: Any, sampler: Any) -> Arrival:
+    """One projector pixel for each sample, drawn by how much each lights the place.
+
+    A pixel's profile is a box (its lit part) blurred by a box (the lens): the place is moved at random within
+    the blur, and the pixel in whose lit part it falls gives all the light. Unbiased, at one entry of the matrix
+    for a sample instead of four.
+    """
+    profile, (height, width) = optics.profile, optics.rig.projector.shape
+    moved = sampler.next_2d() - 0.5
+    column, column_lit = _pixel_at(mi, lit.u_px + profile.blur_px * moved.x, profile.fill)
+    row, row_lit = _pixel_at(mi, lit.v_px + profile.blur_px * moved.y, profile.fill)
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height) & column_lit & row_lit
+    weight = dr.select(inside, lit.weight * throughput * (1.0 / profile.fill**2), 0.0)
+    return Arrival(dr.select(weight > 0.0, mi.UInt32(row * width + column), 0), weight)
+
+
+def _pixel_at(mi: Any, place: Any, fill: float) -> tuple[Any, Any]:
+    """The pixel nearest to a coordinate, and whether the coordinate lies in its lit part."""
+    pixel = mi.Int32(dr.floor(place + 0.5))
+    return pixel, dr.abs(place - mi.Float(pixel)) <= 0.5 * fill

@@ -1,0 +1,126 @@
+"""More light paths where the few of the pilot leave the interreflected light too uncertain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from scipy import ndimage
+
+from burrscan.arrays import Bools, Floats, Ints
+from scenes.transport.aim import TARGETS, Aim, Finds, aim_of, turned
+from scenes.transport.arrivals import REPLICATES, Gathered, gather
+from scenes.transport.optics import Optics
+from scenes.transport.paths import first_surface, later_surfaces
+from scenes.transport.sobol import point, reversed_table
+
+LEAST_SAMPLES = 64
+"""Fewer than 16 points a replicate are no net worth the name."""
+_RATE = 0.6
+"""The error of a pixel's interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
+_PILOT_RATIO = 4.0
+"""Scatter of single paths, in errors aimed at, that the pilot's 16 independent paths bring below it."""
+_WINDOW = 5
+"""A pixel's need is read off its 5 × 5 neighbours."""
+_DARK = 3e-4
+"""Share of the bright pixels' light below which light counts as this much: a camera's well holds some thousand
+times its read noise, so darker pixels tell nothing whatever their light."""
+_PASS_SAMPLES = 1 << 22
+
+
+def needed_samples(
+    variance: Floats, light: Floats, *, spent: Ints, seen: Bools, error: float, most: int
+) -> Ints:
+    """How many paths each pixel needs, (h, w); 0 where those it had suffice.
+
+    A pixel's need is read off its neighbours alone: a pixel that was dark by chance would otherwise be left
+    dark, and one that was bright refined, and the mean of all would be biased.
+
+    Parameters
+    ----------
+    variance
+        (h, w) of the interreflected light of one path.
+    light
+        (h, w) direct and interreflected light.
+    spent
+        (h, w) paths that each pixel had.
+    seen
+        (h, w) pixels that were traced.
+    error
+        Standard error to be reached, relative to the pixel's whole light.
+    most
+        Paths that no pixel exceeds, a power of two.
+
+    """
+    bright = np.percentile(light[seen], 99.0) if seen.any() else 0.0
+    limit = error * np.maximum(around(light, seen), _DARK * bright)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
+    wanted = np.exp2(np.ceil(np.log2(np.maximum(ratio, 1.0)) / _RATE)).astype(np.int64)
+    wanted = np.clip(wanted, LEAST_SAMPLES, most)
+    return np.asarray(np.where(seen & (ratio > _PILOT_RATIO) & (wanted > spent), wanted, 0))
+
+
+def around(values: Floats, seen: Bools) -> Floats:
+    """Mean over each pixel's neighbours that were traced, without itself; 0 where there are none."""
+    kernel = np.ones((_WINDOW, _WINDOW))
+    kernel[_WINDOW // 2, _WINDOW // 2] = 0.0
+    total = ndimage.convolve(np.where(seen, values, 0.0), kernel, mode="constant")
+    count = ndimage.convolve(seen.astype(float), kernel, mode="constant")
+    return np.asarray(total / np.maximum(count, 1.0))
+
+
+def refine(
+    mi: Any,
+    scene: Any,
+    optics: Optics,
+    *,
+    pixels: Ints,
+    samples: int,
+    bounces: int,
+    seed: int,
+    finds: Finds,
+) -> Iterator[tuple[Ints, Gathered]]:
+    """Trace ``samples`` paths for each of some flat camera pixels, a few million at a time.
+
+    ``finds`` of earlier paths say where to aim. O(pixels × samples × bounces) rays.
+    """
+    table = mi.UInt32(reversed_table(samples // REPLICATES))
+    each = max(_PASS_SAMPLES // samples, 1)
+    for first in range(0, len(pixels), each):
+        some = pixels[first : first + each]
+        aim = aim_of(some, finds, optics.rig.camera.shape)
+        yield some, _traced(mi, scene, optics, table, some, aim, samples, bounces, seed)
+
+
+def _traced(
+    mi: Any,
+    scene: Any,
+    optics: Optics,
+    table: Any,
+    pixels: Ints,
+    aim: Aim,
+    samples: int,
+    bounces: int,
+    seed: int,
+) -> Gathered:
+    size, width = len(pixels) * samples, optics.rig.camera.width
+    count, part = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, samples // REPLICATES)
+    index = dr.arange(mi.UInt32, size)
+    slot, within = index // count, index % count
+    pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
+    key = mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, seed) * REPLICATES + within // part)[0]
+    column, row, choice, across, up = point(mi, table, within % part, key)
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(pixels[0])))[1], size)
+    place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
+    si = first_surface(mi, scene, optics, *place, sampler)
+    places = mi.Float(aim.points_mm.ravel())
+    towards = [dr.gather(mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
+    known = dr.gather(mi.Bool, mi.Bool(aim.known), slot)
+    turn = turned(mi, si, towards, known, choice, mi.Point2f(across, up))
+    bounced = later_surfaces(mi, scene, optics, si, turn, sampler, bounces)
+    dr.eval(bounced.second_mm, [list(arrival) for arrival in bounced.arrivals])
+    return gather(bounced, samples=samples, paths=size)
