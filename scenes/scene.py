@@ -69,7 +69,7 @@ class RenderSpec:
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
     error: Annotated[float, Field(gt=0.0)] = 0.02
-    most: Annotated[int, Field(ge=64, le=65536)] = 1024
+    most: Annotated[int, Field(ge=64, le=65536)] = 2048
 
 
 @dataclass(frozen=True)

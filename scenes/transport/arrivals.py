@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba as nb
 import numpy as np
@@ -13,25 +13,36 @@ from scenes.transport.paths import Bounced
 from scenes.transport.rows import SparseRows
 
 Pixels = NDArray[np.uint32]
+_LEARNT_TURNS = 2
+"""A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
 REPLICATES = 4
 """Independent scramblings of a refined pixel: their scatter is its error (Owen 1997; 4 cost the accuracy of
 half the samples at most and leave three degrees of freedom)."""
 
 
+class Finds(NamedTuple):
+    """Paths that carry light, by camera pixel.
+
+    ``light``: of each, a row per flat pixel; its columns number the rows of ``points_mm`` (n, 3), the surface
+    that each met after the turn in question, camera frame.
+    """
+
+    light: SparseRows
+    points_mm: Floats32
+
+
 class Gathered(NamedTuple):
     """Rows of some pixels, in their order.
 
     ``rows``: the light of each projector pixel. ``variance`` (P,): of one sample's light. ``scatter`` (P,):
-    variance of the mean of the replicates' means. ``lit``: the light of each path that carries some, by pixel; its
-    columns number the rows of ``points_mm`` (n, 3), the second surface of each.
+    variance of the mean of the replicates' means. ``finds``: for the first two turns, the paths that carry light.
     """
 
     rows: SparseRows
     variance: Floats
     scatter: Floats
-    lit: SparseRows
-    points_mm: Floats32
+    finds: tuple[Finds, ...]
 
 
 def gather(bounced: Bounced, *, samples: int, paths: int) -> Gathered:
@@ -58,16 +69,18 @@ def gather(bounced: Bounced, *, samples: int, paths: int) -> Gathered:
     starts = np.zeros(paths // samples + 1, np.int64)
     np.cumsum(_count(weight, samples), out=starts[1:])
     columns, values, variance, scatter = _fill(pixel, weight, samples, starts)
-    light = weight.sum(axis=0)
+    finds = [
+        _finds(place, weight[turn:].sum(axis=0), samples)
+        for turn, place in enumerate(bounced.places_mm[:_LEARNT_TURNS])
+    ]
+    return Gathered(SparseRows(starts, columns, values), variance, scatter, tuple(finds))
+
+
+def _finds(place: Any, light: Floats32, samples: int) -> Finds:
     lit = np.flatnonzero(light)
-    first = np.searchsorted(lit, np.arange(paths // samples + 1) * samples)
-    return Gathered(
-        rows=SparseRows(starts, columns, values),
-        variance=variance,
-        scatter=scatter,
-        lit=SparseRows(first, np.arange(lit.size, dtype=np.int32), light[lit]),
-        points_mm=np.ascontiguousarray(bounced.second_mm.numpy().T[lit]),
-    )
+    starts = np.searchsorted(lit, np.arange(light.size // samples + 1) * samples)
+    rows = SparseRows(starts, np.arange(lit.size, dtype=np.int32), light[lit])
+    return Finds(rows, np.ascontiguousarray(place.numpy().T[lit]))
 
 
 @nb.njit(cache=True, parallel=True)

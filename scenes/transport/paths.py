@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import drjit as dr
 
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
+from scenes.transport.turn import Target, turned
 
 
 class Arrival(NamedTuple):
@@ -24,13 +26,13 @@ class Bounced(NamedTuple):
     """What paths bring by way of later surfaces.
 
     ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that leave
-    the scene, which is what a uniform surround of radiance 1 sends. ``second_mm``: the second surface that each
+    the scene, which is what a uniform surround of radiance 1 sends. ``places_mm``: the surface that each bounce
     meets.
     """
 
     arrivals: list[Arrival]
     surround: Any
-    second_mm: Any
+    places_mm: list[Any]
 
 
 def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, sampler: Any) -> Any:
@@ -39,28 +41,20 @@ def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, sa
     return scene.ray_intersect(camera_rays(mi, optics, column, row, lens))
 
 
-def reflected(mi: Any, si: Any, component: Any, direction: Any) -> tuple[Any, Any]:
-    """Direction of a path after surface ``si``, in the world, drawn from its BSDF, and its throughput.
-
-    ``component`` (1D) and ``direction`` (2D) are random numbers.
-    """
-    chosen, weight = si.bsdf().sample(mi.BSDFContext(), si, component, direction, si.is_valid())
-    return si.to_world(chosen.wo), weight[0]
-
-
 def later_surfaces(
     mi: Any,
     scene: Any,
     optics: Optics,
     si: Any,
-    first_turn: tuple[Any, Any],
+    uniform: tuple[Any, Any],
     sampler: Any,
     bounces: int,
+    *,
+    aims: Sequence[Target] = (),
 ) -> Bounced:
     """Light that reaches the camera from interaction ``si`` by way of further surfaces.
 
-    Directions after the first are drawn from each surface's BSDF, the projector is asked at each surface
-    (next-event estimation).
+    At each surface the projector is asked (next-event estimation).
 
     Parameters
     ----------
@@ -68,29 +62,33 @@ def later_surfaces(
         As of :func:`scenes.transport.trace.trace`.
     si
         The first surface.
-    first_turn
-        Direction after it and throughput.
+    uniform
+        Random numbers of the first turn: which way to choose the direction (1D), and the direction (2D).
     sampler
         Of all further random numbers.
     bounces
         Surface interactions of the longest path.
+    aims
+        What the first turns aim at; without, and at later turns, the direction is drawn from the BSDF.
 
     """
-    arrivals, surround = [], mi.Float(0.0)
-    (towards, throughput), active, second = first_turn, si.is_valid(), mi.Point3f(0.0)
-    for bounce in range(1, max(bounces, 2)):
+    arrivals, places, surround = [], [], mi.Float(0.0)
+    throughput, active = mi.Float(1.0), si.is_valid()
+    for turn in range(max(bounces - 1, 1)):
+        aim = aims[turn] if turn < len(aims) else None
+        towards, weight = turned(mi, si, aim, *uniform, active)
+        throughput = throughput * weight
         active &= throughput > 0.0
         si = scene.ray_intersect(si.spawn_ray(towards), active)
         surround += dr.select(active & ~si.is_valid(), throughput, 0.0)
         active &= si.is_valid()
-        second = si.p if bounce == 1 else second
-        if bounce < bounces:
+        if turn < bounces - 1:
             lens = on_lens(mi, optics.projector_aperture_mm, sampler)
             lit = projected_light(mi, scene, optics, si, lens, active)
             arrivals.append(_one_pixel(mi, optics, lit, throughput, sampler))
-            towards, weight = reflected(mi, si, sampler.next_1d(active), sampler.next_2d(active))
-            throughput = throughput * weight
-    return Bounced(arrivals, surround, second)
+            places.append(si.p)
+            uniform = sampler.next_1d(active), sampler.next_2d(active)
+    return Bounced(arrivals, surround, places)
 
 
 def on_lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:

@@ -11,7 +11,7 @@ from burrscan.arrays import Bools, Floats32, Ints
 from scenes.transport.arrivals import Gathered, gather
 from scenes.transport.footprint import sample_sets
 from scenes.transport.optics import Optics
-from scenes.transport.paths import first_surface, later_surfaces, on_lens, reflected
+from scenes.transport.paths import first_surface, later_surfaces, on_lens
 from scenes.transport.rays import projected_light
 from scenes.transport.rows import SparseRows
 from scenes.transport.splat import response_centres, splat
@@ -67,10 +67,12 @@ def _traced(
     si = first_surface(mi, scene, optics, column, row, sampler)
     lens = on_lens(mi, optics.projector_aperture_mm, sampler)
     direct = projected_light(mi, scene, optics, si, lens, si.is_valid())
-    turn = reflected(mi, si, sampler.next_1d(), sampler.next_2d())
-    bounced = later_surfaces(mi, scene, optics, si, turn, sampler, bounces)
+    uniform = sampler.next_1d(), sampler.next_2d()
+    bounced = later_surfaces(mi, scene, optics, si, uniform, sampler, bounces)
     # one kernel for everything; Dr.Jit does not look into named tuples by itself
-    dr.eval(bounced.surround, bounced.second_mm, list(direct), [list(arrival) for arrival in bounced.arrivals])
+    dr.eval(
+        bounced.surround, bounced.places_mm, list(direct), [list(arrival) for arrival in bounced.arrivals]
+    )
     u, v, w = (a.numpy() for a in direct)
     w = w * np.float32(1.0 / samples)
     offsets = np.arange(len(pixels) + 1, dtype=np.int64) * samples

@@ -10,11 +10,12 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
-from scenes.transport.aim import TARGETS, Aim, Finds, aim_of, turned
-from scenes.transport.arrivals import REPLICATES, Gathered, gather
+from scenes.transport.aim import Aim, aim_of
+from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
 from scenes.transport.optics import Optics
 from scenes.transport.paths import first_surface, later_surfaces
 from scenes.transport.sobol import point, reversed_table
+from scenes.transport.turn import TARGETS, Target
 
 LEAST_SAMPLES = 64
 """Fewer than 16 points a replicate are no net worth the name."""
@@ -81,7 +82,7 @@ def refine(
     samples: int,
     bounces: int,
     seed: int,
-    finds: Finds,
+    finds: list[Finds],
 ) -> Iterator[tuple[Ints, Gathered]]:
     """Trace ``samples`` paths for each of some flat camera pixels, a few million at a time.
 
@@ -91,8 +92,8 @@ def refine(
     each = max(_PASS_SAMPLES // samples, 1)
     for first in range(0, len(pixels), each):
         some = pixels[first : first + each]
-        aim = aim_of(some, finds, optics.rig.camera.shape)
-        yield some, _traced(mi, scene, optics, table, some, aim, samples, bounces, seed)
+        aims = [aim_of(some, turn, optics.rig.camera.shape) for turn in finds]
+        yield some, _traced(mi, scene, optics, table, some, aims, samples, bounces, seed)
 
 
 def _traced(
@@ -101,7 +102,7 @@ def _traced(
     optics: Optics,
     table: Any,
     pixels: Ints,
-    aim: Aim,
+    aims: list[Aim],
     samples: int,
     bounces: int,
     seed: int,
@@ -117,10 +118,15 @@ def _traced(
     sampler.seed(mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(pixels[0])))[1], size)
     place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
     si = first_surface(mi, scene, optics, *place, sampler)
-    places = mi.Float(aim.points_mm.ravel())
-    towards = [dr.gather(mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
-    known = dr.gather(mi.Bool, mi.Bool(aim.known), slot)
-    turn = turned(mi, si, towards, known, choice, mi.Point2f(across, up))
-    bounced = later_surfaces(mi, scene, optics, si, turn, sampler, bounces)
-    dr.eval(bounced.second_mm, [list(arrival) for arrival in bounced.arrivals])
+    targets = [_target(mi, aim, slot) for aim in aims]
+    uniform = choice, mi.Point2f(across, up)
+    bounced = later_surfaces(mi, scene, optics, si, uniform, sampler, bounces, aims=targets)
+    dr.eval(bounced.places_mm, [list(arrival) for arrival in bounced.arrivals])
     return gather(bounced, samples=samples, paths=size)
+
+
+def _target(mi: Any, aim: Aim, slot: Any) -> Target:
+    """Each path's targets, those of its pixel."""
+    places = mi.Float(aim.points_mm.ravel())
+    points = [dr.gather(mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
+    return Target(points, dr.gather(mi.Bool, mi.Bool(aim.known), slot))

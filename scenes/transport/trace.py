@@ -32,7 +32,7 @@ def trace(
     bounces: int = 3,
     seed: int = 0,
     error: float = 0.02,
-    most: int = 1024,
+    most: int = 2048,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
 
@@ -63,7 +63,10 @@ def trace(
     direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
     wanted = np.zeros(view.shape, np.int64)
-    for most_now in (LEAST_SAMPLES, most):  # a first round shows where light comes from, and how much it varies
+    for most_now in (
+        LEAST_SAMPLES,
+        most,
+    ):  # a first round shows where light comes from, and how much it varies
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
         light = direct.row_sums().reshape(view.shape) + _sums(bounced, view.shape)
         spent = np.where(wanted > 0, wanted, samples)
