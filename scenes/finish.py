@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT
@@ -27,6 +27,10 @@ Band = Literal["red", "green", "blue"]
 Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+_TORN_ALPHA, _TORN_SHARE = 0.3, 1.5
+_HARMONICS = 4
+_SMALLEST_ALPHA = 0.01
 
 # the colours are near the dominant wavelengths of the sRGB primaries
 _WAVELENGTHS_NM: dict[Channels, tuple[float, ...]] = {
@@ -132,6 +136,9 @@ class FinishSpec:
         Of the oxide or dust.
     coating_reflectance
         Of the matte coating.
+    roughness_variation, roughness_seed
+        Share by which the roughness slowly rises and falls round the wheel, as tools wear and settings shift:
+        the first four harmonics of the circumference with random phases, their largest swing this share.
 
     """
 
@@ -145,6 +152,8 @@ class FinishSpec:
     diffuse_share: Share = 0.0
     diffuse_reflectance: Share = 0.4
     coating_reflectance: Share = 0.8
+    roughness_variation: Annotated[float, Field(ge=0.0, le=0.8)] = 0.0
+    roughness_seed: Annotated[int, Field(ge=0)] = 0
 
 
 FINISHES = {
@@ -169,6 +178,65 @@ def named_finish(name: str, *, metal: Metal = "aluminium") -> FinishSpec:
     if name not in FINISHES:
         raise InputError(f"unknown finish '{name}': {suggest(name, list(FINISHES))}")
     return replace(FINISHES[name], metal=metal)
+
+
+@dataclass(frozen=True)
+class LocalFinish:
+    """The finish of a part of the wheel, told by what differs from the wheel's.
+
+    Parameters
+    ----------
+    name
+        A finish of the catalogue, on the wheel's metal; ``wheel``, the default, is the wheel's own.
+    texture, metal, alpha, alpha_along, alpha_across, diffuse_share, diffuse_reflectance, coating_reflectance
+        Override that finish, as in :class:`FinishSpec`.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Literal["wheel", "polished", "ground", "blasted", "turned", "oxidised", "matte"] = "wheel"
+    texture: Literal["isotropic", "turned", "matte"] | None = None
+    metal: Metal | None = None
+    alpha: Alpha | None = None
+    alpha_along: Alpha | None = None
+    alpha_across: Alpha | None = None
+    diffuse_share: Share | None = None
+    diffuse_reflectance: Share | None = None
+    coating_reflectance: Share | None = None
+
+    def on(self, wheel: FinishSpec) -> FinishSpec:
+        """The finish itself, on a wheel of that finish."""
+        base = wheel if self.name == "wheel" else named_finish(self.name, metal=wheel.metal)
+        stated = {k: v for k, v in vars(self).items() if k != "name" and v is not None}
+        return replace(base, **stated)
+
+
+def local_finish(finish: Any) -> Any:
+    """A local finish by name as a table; anything else as it is."""
+    return {"name": finish} if isinstance(finish, str) else finish
+
+
+LocalFinishKey = Annotated[LocalFinish | None, BeforeValidator(local_finish)]
+"""The key ``finish`` of a burr, a zone or a blemish: a name or a table."""
+
+
+def torn(wheel: FinishSpec) -> FinishSpec:
+    """The finish of a burr that states none: a torn surface on a wheel of that finish.
+
+    A fracture has no lay, so it is isotropic; it is rougher than the cut beside it: alpha is 1.5 times the
+    wheel's largest and at least 0.3, an rms slope of 12 degrees. That is an assumption, between ``ground`` and
+    ``blasted``: no measured reflectance of burr flanks was found. A coating covers burrs too.
+    """
+    if wheel.texture == "matte":
+        return wheel
+    roughest = max(wheel.alpha_along, wheel.alpha_across) if wheel.texture == "turned" else wheel.alpha
+    return replace(
+        wheel,
+        texture="isotropic",
+        alpha=min(max(_TORN_ALPHA, _TORN_SHARE * roughest), 1.0),
+        roughness_variation=0.0,
+    )
 
 
 def optical_constants(metal: Metal, wavelengths_nm: tuple[float, ...]) -> tuple[Floats, Floats]:
