@@ -20,6 +20,7 @@ from scenes.wheel.truth import TrueBurr, deviation_mm
 
 _TRUTH_CHORD_MM = 1e-5
 _SHARES = 5
+_ALIKE_MM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,10 @@ def _crest(tool: Tool, outline: Outline) -> tuple[Floats, Floats]:
     """(N, 3) per station the point of the section that is farthest from the outline, and (N,) how far."""
     flanks = tool.flanks_mm
     deviation = deviation_mm(flanks.reshape(-1, 3), outline.curve_zr).reshape(flanks.shape[:2])
-    farthest = np.argmax(deviation if tool.side == "protrusion" else -deviation, axis=1)
+    off = deviation if tool.side == "protrusion" else -deviation
+    # of several alike, as on a flake's flat tip, the middle one
+    alike = off >= off.max(axis=1, keepdims=True) - _ALIKE_MM
+    farthest = np.round(alike @ np.arange(alike.shape[1]) / alike.sum(axis=1)).astype(int)
     station = np.arange(len(flanks))
     return flanks[station, farthest], deviation[station, farthest]
 

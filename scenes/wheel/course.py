@@ -20,7 +20,9 @@ from scenes.wheel.spec import AxialRidge, RimBurr, tip_thickness_mm
 _KNOT_MM = 4.0
 _KNOTS = 8
 _FLOOR = 0.02
-_THINNEST, _THICKEST = 0.3, 2.0
+_THINNEST = 0.3
+THICKEST = 2.0
+"""Largest thickness as a multiple of the nominal one, and 0.3 the least: the process is cut off there."""
 _STEEPEST_DEG = 60.0
 _TORN_HEIGHT = 0.15
 _TEAR_MM = 0.4
@@ -67,7 +69,7 @@ def course_of(burr: AxialRidge | RimBurr, positions_mm: Floats, pieces_mm: Float
     shares = shares * np.maximum(1.0 + burr.height_rms * _random(burr, "height", positions_mm), _FLOOR)
     shares = shares * _towards_tears(positions_mm, pieces_mm)
     thick = np.clip(
-        1.0 + burr.thickness_rms * _random(burr, "thickness", positions_mm), _THINNEST, _THICKEST
+        1.0 + burr.thickness_rms * _random(burr, "thickness", positions_mm), _THINNEST, THICKEST
     )
     leans = burr.lean_deg + burr.lean_rms_deg * _random(burr, "lean", positions_mm)
     there = np.any([(positions_mm >= a) & (positions_mm <= b) for a, b in pieces_mm], axis=0)

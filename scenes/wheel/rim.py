@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
-from scenes.wheel.course import course_of, station_step_mm, whole_pieces
+from scenes.wheel.course import THICKEST, course_of, station_step_mm, whole_pieces
 from scenes.wheel.outline import Outline
 from scenes.wheel.section import Section, section_of
 from scenes.wheel.spec import RimBurr
@@ -43,13 +43,14 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
 
     """
     vertex = _vertex(burr, outline)
-    near, along, normal, direction = _standing_surface(burr, outline, vertex)
+    widest_mm = burr.width_mm * (THICKEST if burr.thickness_rms else 1.0)
+    near, along, normal, direction = _standing_surface(burr, outline, vertex, widest_mm)
     middle = near + along * (_INSET_MM + burr.width_mm / 2.0)
     length_mm = float(np.radians(burr.arc_deg)) * float(middle[1])
     pieces_mm = whole_pieces(burr, length_mm)
     arc_mm = _positions(burr, length_mm, section_deg, pieces_mm)
     course = course_of(burr, arc_mm, pieces_mm)
-    section = section_of(burr, course)
+    section = _from_the_edge(section_of(burr, course), burr)
     flanks = _placed(section, middle, -along, direction / float(direction @ normal), outline, course.heights_mm)
     rings = _rings(flanks, middle, normal)
     if _left_handed(rings[0]):
@@ -76,6 +77,13 @@ def _positions(burr: RimBurr, length_mm: float, section_deg: float, pieces_mm: F
     step_mm = station_step_mm(burr, length_mm * section_deg / burr.arc_deg)
     even = np.linspace(0.0, length_mm, max(2, int(np.ceil(length_mm / step_mm)) + 1))
     return np.union1d(even, np.concatenate([pieces_mm[1:, 0], pieces_mm[:-1, 1]]))
+
+
+def _from_the_edge(section: Section, burr: RimBurr) -> Section:
+    """The section moved so that a base of any width begins where the nominal one does, off the edge."""
+    points = section.points_mm.copy()
+    points[..., 0] += burr.width_mm / 2.0 - points[:, -1:, 0]
+    return Section(points, section.smooth)
 
 
 def _placed(
@@ -110,7 +118,9 @@ def _vertex(burr: RimBurr, outline: Outline) -> int:
     return int(np.argmin(np.linalg.norm(outline.vertices_zr - np.array(burr.edge), axis=1)))
 
 
-def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Floats, Floats, Floats, Floats]:
+def _standing_surface(
+    burr: RimBurr, outline: Outline, vertex: int, widest_mm: float
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Where the surface begins at the edge, along it, its outward normal, and the burr's direction."""
     axis = np.array([0.0, 1.0]) if burr.direction == "radial" else np.array([1.0, 0.0])
     edges = np.stack([outline.edge_after[vertex], outline.edge_before[vertex]])
@@ -127,10 +137,8 @@ def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Flo
         raise InputError(f"{where} has no surface that faces the {burr.direction} direction")
     along = edges[which, 1] - edges[which, 0]
     length = float(np.linalg.norm(along))
-    if length < burr.width_mm + _INSET_MM:
-        raise InputError(
-            f"{where}: a base {burr.width_mm:g} mm wide does not fit a surface {length:.3g} mm long"
-        )
+    if length < widest_mm + _INSET_MM:
+        raise InputError(f"{where}: a base {widest_mm:g} mm wide does not fit a surface {length:.3g} mm long")
     return edges[which, 0], along / length, normals[which], axis * np.sign(facing[which])
 
 

@@ -17,8 +17,8 @@ from scenes.wheel.course import Course
 from scenes.wheel.spec import AxialRidge, RimBurr, tip_thickness_mm
 
 _ROUND = 24
-_QUARTER = 6
-_TIP = 6
+_QUARTER = 10
+_TIP = 8
 _CURL_SHARE = 0.3
 _CURL_PER_THICKNESS = 0.6
 _THICKEST_CURL = 0.5
