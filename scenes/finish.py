@@ -30,6 +30,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 _TORN_ALPHA, _TORN_SHARE = 0.3, 1.5
 _HARMONICS = 4
+_ROUND_TEXELS = 1024
 _SMALLEST_ALPHA = 0.01
 
 # the colours are near the dominant wavelengths of the sRGB primaries
@@ -245,7 +246,7 @@ def optical_constants(metal: Metal, wavelengths_nm: tuple[float, ...]) -> tuple[
     return np.interp(wavelengths_nm, wavelength, n), np.interp(wavelengths_nm, wavelength, k)
 
 
-def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
+def finish_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
     """The Mitsuba plugin dictionary of a finish, two-sided.
 
     A turned finish needs a mesh whose dp/du runs along the circumference, as :class:`scenes.wheel.Wheel` has.
@@ -256,31 +257,51 @@ def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
         What it is.
     channels
         ``mono`` for one channel at 550 nm, ``rgb`` for three, or one of the three by its name.
+    mi
+        The activated Mitsuba module: needed where the roughness varies round the wheel.
 
     """
+    return two_sided(one_sided_bsdf(finish, channels=channels, mi=mi))
+
+
+def one_sided_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
+    """As :func:`finish_bsdf`, to be blended with others before it is made two-sided."""
     if finish.texture == "matte":
-        return _two_sided(_diffuse(finish.coating_reflectance))
-    metal = _conductor(finish, channels)
+        return diffuse_bsdf(finish.coating_reflectance)
+    metal = _conductor(finish, channels, mi)
     if finish.diffuse_share == 0.0:
-        return _two_sided(metal)
-    covered = {
+        return metal
+    return {
         "type": "blendbsdf",
         "weight": finish.diffuse_share,
         "bsdf_0": metal,
-        "bsdf_1": _diffuse(finish.diffuse_reflectance),
+        "bsdf_1": diffuse_bsdf(finish.diffuse_reflectance),
     }
-    return _two_sided(covered)
 
 
-def _two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+def roughness_round(finish: FinishSpec, turns: Floats) -> Floats:
+    """(N,) factor on a finish's alpha at these shares of a turn, between 1 - and 1 + its variation."""
+    harmonics = np.arange(1, _HARMONICS + 1)
+    random = np.random.default_rng(finish.roughness_seed)
+    phases, sizes = random.uniform(0.0, 2.0 * np.pi, _HARMONICS), random.uniform(0.5, 1.0, _HARMONICS) / harmonics
+    finely = np.linspace(0.0, 1.0, 721)
+    waves, swing = (
+        np.cos(2.0 * np.pi * at[..., None] * harmonics + phases) @ sizes for at in (np.asarray(turns), finely)
+    )
+    return np.asarray(1.0 + finish.roughness_variation * waves / np.abs(swing).max())
+
+
+def two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+    """The same reflection on both sides of a surface."""
     return {"type": "twosided", "bsdf": bsdf}
 
 
-def _diffuse(reflectance: float) -> dict[str, Any]:
+def diffuse_bsdf(reflectance: float) -> dict[str, Any]:
+    """An even diffuser."""
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [reflectance] * 3}}
 
 
-def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
+def _conductor(finish: FinishSpec, channels: Channels, mi: Any) -> dict[str, Any]:
     n, k = optical_constants(finish.metal, _WAVELENGTHS_NM[channels])
     alpha_u, alpha_v = (
         (finish.alpha_along, finish.alpha_across)
@@ -290,10 +311,24 @@ def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
     return {
         "type": "roughconductor",
         "distribution": "ggx",
-        "alpha_u": alpha_u,
-        "alpha_v": alpha_v,
+        "alpha_u": _alpha(finish, alpha_u, mi),
+        "alpha_v": _alpha(finish, alpha_v, mi),
         "eta": _spectrum(n),
         "k": _spectrum(k),
+    }
+
+
+def _alpha(finish: FinishSpec, alpha: float, mi: Any) -> float | dict[str, Any]:
+    """Roughness, or a texture of it round the wheel where it varies."""
+    if finish.roughness_variation == 0.0:
+        return alpha
+    turns = (np.arange(_ROUND_TEXELS) + 0.5) / _ROUND_TEXELS
+    values = np.clip(alpha * roughness_round(finish, turns), _SMALLEST_ALPHA, 1.0)
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.tile(values.astype(np.float32), (2, 1))[..., None]),
+        "raw": True,
+        "wrap_mode": "repeat",
     }
 
 

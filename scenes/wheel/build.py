@@ -10,7 +10,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints32, freeze
 from burrscan.errors import InputError
 from scenes.wheel.carve import carve
-from scenes.wheel.outline import Outline, wheel_outline
+from scenes.wheel.outline import Outline, divided, wheel_outline
 from scenes.wheel.revolve import sections_for
 from scenes.wheel.ridge import nick_tool, ridge_tool
 from scenes.wheel.rim import rim_tool
@@ -74,6 +74,7 @@ def build_wheel(
     *,
     facet_error_mm: float = 0.001,
     sections: int | None = None,
+    cuts_mm: Sequence[float] = (),
 ) -> Wheel:
     """Turn the generatrix, unite burrs, cut nicks, and state the truth.
 
@@ -89,13 +90,16 @@ def build_wheel(
     sections
         Number of facets round the circumference; from ``facet_error_mm`` when None.
 
+    cuts_mm
+        Positions along the axis at which faces shall end, for finishes that do.
+
     Raises
     ------
     InputError
         When no body can be turned from the outline or a burr does not fit the wheel.
 
     """
-    outline = wheel_outline(spec, chord_error_mm=facet_error_mm)
+    outline = divided(wheel_outline(spec, chord_error_mm=facet_error_mm), cuts_mm)
     exact = wheel_outline(spec, chord_error_mm=_TRUTH_CHORD_MM)
     count = sections or sections_for(float(outline.curve_zr[:, 1].max()), chord_error_mm=facet_error_mm)
     chosen = tuple(spec.burr if burrs is None else burrs)
