@@ -21,6 +21,8 @@ from scenes.surface.spec import BrightSpot, Chatter, Scratch, Stain
 
 _PATCH = 512
 _ALONG, _ACROSS = 512, 96
+_GROOVE = 192
+"""Square, for Mitsuba 3.9 scales a turned texture's gradient by the resolution of the wrong side."""
 _BAND = 512
 _ARC = 1024
 _WAVE = 64
@@ -96,7 +98,7 @@ def _weight(mi: Any, cover: Cover, outline_mm: float) -> dict[str, Any]:
         size = (2 if cover.place.whole_turn else _ARC, _BAND)
         values = _sampled(lambda x, y: cover_of(blemish, x, y, half), box, size)
         matrix = _boxed(_local_map(cover, outline_mm), box)
-        return _texture(mi, values, matrix, repeated=cover.place.whole_turn)
+        return _texture(mi, values, matrix)
     values = _sampled(lambda x, y: cover_of_patch(blemish, x, y), box, (_PATCH, _PATCH))
     if isinstance(blemish, Stain):
         values *= blemish.cover
@@ -113,7 +115,7 @@ def _groove(mi: Any, cover: Cover, scratch: Scratch, outline_mm: float) -> dict[
             np.abs(across) < half, -depth_mm * (1.0 + np.cos(np.pi * across / half)) / 2.0, 0.0
         ),
         box,
-        (2, 2 * _ACROSS),
+        (_GROOVE, _GROOVE),
     )
     return _texture(mi, values, _boxed(_scratch_map(cover, scratch, outline_mm), box))
 
