@@ -98,8 +98,8 @@ def _flake(_: AxialRidge | RimBurr, course: Course) -> tuple[Floats, tuple[int, 
 def _rolled(burr: AxialRidge | RimBurr, course: Course) -> tuple[Floats, tuple[int, ...]]:
     """A strip that rises, tapering to the tip's thickness, and curls over about a centre beside it.
 
-    The curl's middle line has a radius of 0.3 of the height (0.6 of a thick tip); the tip is round. Where the
-    burr is low, its base is no wider than 1.5 and its tip no thicker than 0.5 of its height.
+    The curl's middle line has a radius of 0.3 of the height (0.6 of a thick tip); the tip is round. Its
+    base is nowhere wider than 1.5, its tip nowhere thicker than 0.5 of its height there.
     """
     height = course.heights_mm[:, None]
     _check_curl(burr)
@@ -120,15 +120,12 @@ def _rolled(burr: AxialRidge | RimBurr, course: Course) -> tuple[Floats, tuple[i
 
 
 def _check_curl(burr: AxialRidge | RimBurr) -> None:
-    for what, size, most in (
-        ("tip", tip_thickness_mm(burr), _THICKEST_CURL),
-        ("base", burr.width_mm, _WIDEST_CURL),
-    ):
-        if size > most * burr.height_mm * (1.0 + 1e-9):
-            raise InputError(
-                f"{burr.kind}: with a {what} of {size:g} mm nothing {burr.height_mm:g} mm high can be rolled; "
-                f"at most {most * burr.height_mm:g} mm"
-            )
+    tip_mm, most_mm = tip_thickness_mm(burr), _THICKEST_CURL * burr.height_mm
+    if tip_mm > most_mm * (1.0 + 1e-9):
+        raise InputError(
+            f"{burr.kind}: with a tip of {tip_mm:g} mm nothing {burr.height_mm:g} mm high can be rolled; at most "
+            f"{most_mm:g} mm"
+        )
 
 
 def _about(centre_x: Floats, centre_y: Floats, radius: Floats, turn: Floats) -> Floats:

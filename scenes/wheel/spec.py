@@ -32,7 +32,8 @@ class Shape:
     ----------
     section
         ``triangle`` (a prism: the control), ``rounded`` (a parabola), ``rolled`` (a strip curled over, with an
-        undercut), ``flake`` (a thin trapezoid). ``width_mm`` is the thickness at the root of each.
+        undercut), ``flake`` (a thin trapezoid). ``width_mm`` is the thickness at the root of each; a rolled burr's is at
+        most 1.5 of its height.
     tip_mm
         Thickness at the tip: of a flake 0.3 of its width by default, of a rolled burr 0.6 of its width and at
         most 0.3 of its height.
