@@ -226,8 +226,8 @@ def torn(wheel: FinishSpec) -> FinishSpec:
     """The finish of a burr that states none: a torn surface on a wheel of that finish.
 
     A fracture has no lay, so it is isotropic; it is rougher than the cut beside it: alpha is 1.5 times the
-    wheel's largest and at least 0.3, an rms slope of 12 degrees. That is an assumption, between ``ground`` and
-    ``blasted``: no measured reflectance of burr flanks was found. A coating covers burrs too.
+    wheel's largest and at least 0.3, an rms slope of 12 degrees. That is an assumption, between ``ground``
+    and ``blasted``: no measured reflectance of burr flanks was found. A coating covers burrs too.
     """
     if wheel.texture == "matte":
         return wheel
@@ -283,7 +283,10 @@ def roughness_round(finish: FinishSpec, turns: Floats) -> Floats:
     """(N,) factor on a finish's alpha at these shares of a turn, between 1 - and 1 + its variation."""
     harmonics = np.arange(1, _HARMONICS + 1)
     random = np.random.default_rng(finish.roughness_seed)
-    phases, sizes = random.uniform(0.0, 2.0 * np.pi, _HARMONICS), random.uniform(0.5, 1.0, _HARMONICS) / harmonics
+    phases, sizes = (
+        random.uniform(0.0, 2.0 * np.pi, _HARMONICS),
+        random.uniform(0.5, 1.0, _HARMONICS) / harmonics,
+    )
     finely = np.linspace(0.0, 1.0, 721)
     waves, swing = (
         np.cos(2.0 * np.pi * at[..., None] * harmonics + phases) @ sizes for at in (np.asarray(turns), finely)

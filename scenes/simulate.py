@@ -17,12 +17,12 @@ from scenes.light import Light, stock_light
 from scenes.renderer import activate
 from scenes.scanner import SimulatedScanner
 from scenes.scene import SceneSpec, content_hash
+from scenes.surface.parts import SurfacePart, surface_parts, zone_ends_mm
 from scenes.transport.hits import Hits, centre_hits
 from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
 from scenes.transport.store import stored
 from scenes.transport.trace import trace
-from scenes.surface.parts import SurfacePart, surface_parts, zone_ends_mm
 from scenes.transport.world import wheel_shapes
 from scenes.truth import Truth, truth_of
 from scenes.wheel import Wheel, build_wheel
@@ -76,9 +76,7 @@ def simulate(
     mi = activate()
     clock = [time.perf_counter()]
     wheel = build_wheel(scene.wheel, scene.burrs, cuts_mm=zone_ends_mm(scene.zone))
-    parts = surface_parts(
-        wheel, scene.finish, burrs=scene.burrs, zones=scene.zone, blemishes=scene.blemish
-    )
+    parts = surface_parts(wheel, scene.finish, burrs=scene.burrs, zones=scene.zone, blemishes=scene.blemish)
     clock.append(time.perf_counter())
     optics = optics_of(scene)
     pose = scene.pose.T_camera_part(standoff_mm=scene.rig.standoff_mm, middle_z_mm=_middle_z_mm(wheel))

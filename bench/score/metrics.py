@@ -34,7 +34,9 @@ _SCAN = (
     Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
 )
 _BLEMISHES = (
-    Metric("blemish_calls", "On blemishes", "count", "lower", 1, _ISSUE_11, blemishes.blemish_calls, math.inf),
+    Metric(
+        "blemish_calls", "On blemishes", "count", "lower", 1, _ISSUE_11, blemishes.blemish_calls, math.inf
+    ),
     *(
         Metric(f"calls_{kind}", title, "count", "lower", 1, _ISSUE_11, blemishes.calls_on(kind), math.inf)
         for kind, title in zip(

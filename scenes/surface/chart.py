@@ -1,6 +1,6 @@
 """Places on a wheel's surface: the (u, v) of its mesh, millimetres about a blemish's middle, and back.
 
-u is the share of a turn, v the share of the outline's length, as :func:`scenes.wheel.revolve.revolve` has them.
+u is the share of a turn, v that of the outline's length, as :func:`scenes.wheel.revolve.revolve` has them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
-from scenes.surface.spec import Blemish, Chatter
 from scenes.surface.cover import half_extent_mm
+from scenes.surface.spec import Blemish, Chatter
 
 _STEP_MM = 0.01
 _ON_AXIS_MM = 1e-3
@@ -76,7 +76,7 @@ class Place:
     whole_turn: bool
 
     def local_mm(self, angle_deg: Floats, walked_mm: Floats) -> tuple[Floats, Floats]:
-        """x along the circumference and y along the outline of points, from the middle."""
+        """X along the circumference and y along the outline of points, from the middle."""
         turns = (angle_deg - self.angle_deg + 180.0) % 360.0 - 180.0
         return np.radians(turns) * self.radius_mm, walked_mm - self.walked_mm
 
@@ -112,13 +112,17 @@ def place_of(blemish: Blemish, chart: Chart) -> Place:
         raise InputError("a blemish cannot be on the axis")
     half = half_extent_mm(blemish)
     if 2.0 * half[0] > np.pi * radius:
-        raise InputError(f"{2.0 * half[0]:.3g} mm along a circumference of radius {radius:.3g} mm is too much")
+        raise InputError(
+            f"{2.0 * half[0]:.3g} mm along a circumference of radius {radius:.3g} mm is too much"
+        )
     return Place(blemish.angle_deg, walked, radius, half, whole_turn=False)
 
 
 def extent_of(place: Place, chart: Chart) -> Extent:
     """Angle and axial extent of a place, from the stretch of the outline that it covers."""
-    ends = np.clip([place.walked_mm - place.half_mm[1], place.walked_mm + place.half_mm[1]], 0.0, chart.length_mm)
+    ends = np.clip(
+        [place.walked_mm - place.half_mm[1], place.walked_mm + place.half_mm[1]], 0.0, chart.length_mm
+    )
     z = chart.zr_mm[(chart.walked_mm >= ends[0]) & (chart.walked_mm <= ends[1]), 0]
     arc = 360.0 if place.whole_turn else float(np.degrees(2.0 * place.half_mm[0] / place.radius_mm))
     return Extent(arc, float(z.min()), float(z.max()))
@@ -130,6 +134,8 @@ def _band(blemish: Chatter, chart: Chart) -> Place:
     ends = [chart.nearest_mm(chart.outermost_zr(z)[None])[0] for z in (blemish.z_start_mm, blemish.z_end_mm)]
     middle = float(np.mean(ends))
     radius = float(np.interp(middle, chart.walked_mm, chart.zr_mm[:, 1]))
-    whole = blemish.arc_deg == 360  # noqa: PLR2004
+    whole = blemish.arc_deg == 360
     half_x = np.radians(blemish.arc_deg) / 2.0 * radius
-    return Place(blemish.angle_deg, middle, radius, (float(half_x), float(abs(ends[1] - ends[0]) / 2.0)), whole)
+    return Place(
+        blemish.angle_deg, middle, radius, (float(half_x), float(abs(ends[1] - ends[0]) / 2.0)), whole
+    )

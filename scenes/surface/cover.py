@@ -1,4 +1,4 @@
-"""How much of the surface a blemish covers at each point: the one definition of its picture and of its truth."""
+"""How much of the surface a blemish covers at each point: one definition for its picture and its truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ _SPARE = 1.02
 def half_extent_mm(blemish: Stain | BrightSpot | Scratch) -> tuple[float, float]:
     """Half of the extent along the circumference and along the outline."""
     if isinstance(blemish, Scratch):
-        c, s = np.abs(np.cos(np.radians(blemish.direction_deg))), np.abs(np.sin(np.radians(blemish.direction_deg)))
+        c, s = (
+            np.abs(np.cos(np.radians(blemish.direction_deg))),
+            np.abs(np.sin(np.radians(blemish.direction_deg))),
+        )
         long, wide = blemish.length_mm / 2.0, blemish.width_mm / 2.0
         return float(c * long + s * wide), float(s * long + c * wide)
     largest = float(rim(blemish, np.linspace(0.0, 2.0 * np.pi, 721)).max()) * _SPARE * (1.0 + _FEATHER / 2.0)
@@ -40,9 +43,11 @@ def cover_of(blemish: Blemish, x_mm: Floats, y_mm: Floats, half_mm: tuple[float,
     """Share covered at x along the circumference and y along the outline, mm from the blemish's middle."""
     if isinstance(blemish, Scratch):
         along, across = scratch_frame(blemish, x_mm, y_mm)
-        return np.where((np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0), 1.0, 0.0)
+        return np.where(
+            (np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0), 1.0, 0.0
+        )
     if isinstance(blemish, Chatter):
-        round_it = np.abs(x_mm) <= (np.inf if blemish.arc_deg == 360 else half_mm[0])  # noqa: PLR2004
+        round_it = np.abs(x_mm) <= (np.inf if blemish.arc_deg == 360 else half_mm[0])
         return np.where(round_it & (np.abs(y_mm) <= half_mm[1]), 1.0, 0.0)
     return cover_of_patch(blemish, x_mm, y_mm)
 

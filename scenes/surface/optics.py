@@ -1,7 +1,7 @@
 """From a part of a wheel's surface to the Mitsuba plugins that reflect as it does.
 
-A blemish is a blend of two reflections by a small texture of its own, laid over the wheel's (u, v) by an affine
-map: its edges are as sharp as that texture, whatever the facets. The textures are filled from
+A blemish is a blend of two reflections by a small texture of its own, laid over the wheel's (u, v) by an
+affine map: its edges are as sharp as that texture, whatever the facets. The textures are filled from
 :mod:`scenes.surface.cover`, which the truth reads too.
 """
 
@@ -62,7 +62,9 @@ def _covered(mi: Any, cover: Cover, part: SurfacePart, channels: Channels) -> di
         return one_sided_bsdf(spot, channels=channels, mi=mi)
     if isinstance(blemish, Scratch):
         inside = blemish.finish.on(part.finish) if blemish.finish else torn(part.finish)
-        return _bumped(one_sided_bsdf(inside, channels=channels, mi=mi), _groove(mi, cover, blemish, part.outline_mm))
+        return _bumped(
+            one_sided_bsdf(inside, channels=channels, mi=mi), _groove(mi, cover, blemish, part.outline_mm)
+        )
     rough = one_sided_bsdf(_rougher(part.finish, blemish.roughness), channels=channels, mi=mi)
     return _bumped(rough, _ripple(mi, cover, blemish))
 
@@ -87,7 +89,9 @@ def _weight(mi: Any, cover: Cover, outline_mm: float) -> dict[str, Any]:
         box = (blemish.length_mm / 2.0 * _MARGIN, blemish.width_mm / 2.0 * _WIDE_MARGIN)
         values = _sampled(
             lambda along, across: np.where(
-                (np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0), 1.0, 0.0
+                (np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0),
+                1.0,
+                0.0,
             ),
             box,
             (_ALONG, _ACROSS),

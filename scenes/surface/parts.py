@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -86,7 +87,9 @@ def surface_parts(
     chart = Chart(wheel.generatrix_zr_mm) if blemishes else None
     places = placed_blemishes(blemishes, chart) if chart else []
     outline_mm = chart.length_mm if chart else 1.0
-    touched = np.array([_touched(wheel, place, outline_mm) for place in places], np.bool_).reshape(-1, len(kind))
+    touched = np.array([_touched(wheel, place, outline_mm) for place in places], np.bool_).reshape(
+        -1, len(kind)
+    )
     keys = np.concatenate([kind[None], touched], axis=0).T
     rows, member = np.unique(keys, axis=0, return_inverse=True)
     parts = []
@@ -114,10 +117,10 @@ def zone_ends_mm(zones: Sequence[Zone]) -> tuple[float, ...]:
                 f"zone {index}: z_start_mm {zone.z_start_mm:g} must be less than z_end_mm {zone.z_end_mm:g}"
             )
     ordered = sorted(zones, key=lambda zone: zone.z_start_mm)
-    for first, second in zip(ordered, ordered[1:], strict=False):
+    for first, second in itertools.pairwise(ordered):
         if second.z_start_mm < first.z_end_mm:
             raise InputError(
-                f"zones overlap between z {second.z_start_mm:g} and {first.z_end_mm:g} mm; a place has one finish"
+                f"zones overlap between z {second.z_start_mm:g} and {first.z_end_mm:g} mm; one finish a place"
             )
     return tuple(sorted({end for zone in zones for end in (zone.z_start_mm, zone.z_end_mm)}))
 
@@ -130,7 +133,10 @@ def _finishes(
     body = wheel.face_burr < 0
     z = wheel.vertices_mm[wheel.faces, 2].mean(axis=1) if zones else np.zeros(len(kind))
     chosen = [
-        (zone.finish.on(finish) if zone.finish else finish, body & (z > zone.z_start_mm) & (z < zone.z_end_mm))
+        (
+            zone.finish.on(finish) if zone.finish else finish,
+            body & (z > zone.z_start_mm) & (z < zone.z_end_mm),
+        )
         for zone in zones
     ] + [(_burr_finish(burr, finish), wheel.face_burr == index) for index, burr in enumerate(burrs)]
     for one, faces in chosen:

@@ -44,7 +44,8 @@ class Patch:
     angle_deg
         atan2 angle of its middle.
     z_mm
-        Its middle along the axis, on the outermost surface there; with ``r_mm`` on the outline's nearest point.
+        Its middle along the axis, on the outermost surface there; with ``r_mm``, the outline's nearest
+        point.
     length_mm, width_mm
         Across the circumference (along the wheel's outline), and along it. A length along the circumference
         is one at the radius of the middle.

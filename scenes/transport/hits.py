@@ -18,17 +18,15 @@ from scenes.transport.rays import camera_rays
 class Hits(NamedTuple):
     """Surface behind the pixel centres.
 
-    ``points_mm`` (h, w, 3) in the camera frame, NaN where there is none; ``faces`` (h, w) index of the wheel's
-    face, -1 where there is none.
+    ``points_mm`` (h, w, 3) in the camera frame, NaN where there is none; ``faces`` (h, w) index of the
+    wheel's face, -1 where there is none.
     """
 
     points_mm: Floats
     faces: Ints32
 
 
-def centre_hits(
-    mi: Any, scene: Any, optics: Optics, *, faces_of: Mapping[str, Ints32] | None = None
-) -> Hits:
+def centre_hits(mi: Any, scene: Any, optics: Optics, *, faces_of: Mapping[str, Ints32] | None = None) -> Hits:
     """Intersect the rays through the pixel centres. O(pixels) rays.
 
     ``faces_of`` gives, by a mesh's name, which of the wheel's faces its own are; without it the scene has one

@@ -18,7 +18,7 @@ from scenes.wheel import Wheel
 
 
 def wheel_mesh(mi: Any, wheel: Wheel, T_camera_part: Floats, bsdf: dict[str, Any]) -> Any:
-    """The wheel as one Mitsuba mesh in the camera frame, with its exact normals and its turning directions."""
+    """The wheel as one Mitsuba mesh in the camera frame, with its exact normals and turning directions."""
     return _mesh(mi, "wheel", wheel, T_camera_part, bsdf, faces=wheel.faces, uvs=wheel.uvs)
 
 

@@ -118,9 +118,7 @@ def _carved(
 
 def _solids(tool: Tool) -> list[tuple[manifold3d.Manifold, int]]:
     """One solid per piece of a burr, with its id."""
-    return [
-        to_manifold(loft(tool.stations_mm[first : last + 1], tool.smooth)) for first, last in tool.pieces
-    ]
+    return [to_manifold(loft(tool.stations_mm[first : last + 1], tool.smooth)) for first, last in tool.pieces]
 
 
 def _volume(solid: manifold3d.Manifold, body: manifold3d.Manifold, tool: Tool) -> float:

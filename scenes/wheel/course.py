@@ -68,9 +68,7 @@ def course_of(burr: AxialRidge | RimBurr, positions_mm: Floats, pieces_mm: Float
     shares = varying_heights(positions_mm, height_mm=1.0, variation=burr.height_variation, seed=burr.seed)
     shares = shares * np.maximum(1.0 + burr.height_rms * _random(burr, "height", positions_mm), _FLOOR)
     shares = shares * _towards_tears(positions_mm, pieces_mm)
-    thick = np.clip(
-        1.0 + burr.thickness_rms * _random(burr, "thickness", positions_mm), _THINNEST, THICKEST
-    )
+    thick = np.clip(1.0 + burr.thickness_rms * _random(burr, "thickness", positions_mm), _THINNEST, THICKEST)
     leans = burr.lean_deg + burr.lean_rms_deg * _random(burr, "lean", positions_mm)
     there = np.any([(positions_mm >= a) & (positions_mm <= b) for a, b in pieces_mm], axis=0)
     return Course(

@@ -56,7 +56,9 @@ def _smoothed(normals: Floats, smooth: Bools) -> Floats:
     before = np.concatenate([normals[:1], normals[:-1]])
     after = np.concatenate([normals[1:], normals[-1:]])
     start, end = (_average(normals, other) for other in (before, after))
-    corners = [_across(ends, smooth, back=back) for ends, back in ((start, 1), (start, -1), (end, -1), (end, 1))]
+    corners = [
+        _across(ends, smooth, back=back) for ends, back in ((start, 1), (start, -1), (end, -1), (end, 1))
+    ]
     return np.stack(corners, axis=2)
 
 

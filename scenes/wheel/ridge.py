@@ -11,7 +11,15 @@ from scenes.wheel.envelope import offset_radius, outer_radius
 from scenes.wheel.outline import Outline
 from scenes.wheel.section import Section, prism, section_of
 from scenes.wheel.spec import AxialRidge, Nick
-from scenes.wheel.tool import LONGEST_ONWARD, OVERLAP_MM, SINK_MM, Tool, mean_thickness_mm, piece_stations, ring_smooth
+from scenes.wheel.tool import (
+    LONGEST_ONWARD,
+    OVERLAP_MM,
+    SINK_MM,
+    Tool,
+    mean_thickness_mm,
+    piece_stations,
+    ring_smooth,
+)
 from scenes.wheel.truth import deviation_mm
 
 _STATION_MM = 0.25
@@ -26,8 +34,8 @@ def ridge_tool(burr: AxialRidge, outline: Outline) -> Tool:
     """The solid of a ridge: at each station its section, wrapped onto the wheel.
 
     The crest is the curve at the height's distance from the wheel (:func:`offset_radius`), so that the height
-    along the surface normal is exact on cylinders, cones and fillets and never exceeded at steps. Points below
-    it lie in proportion between the wheel's radius and the crest's.
+    along the surface normal is exact on cylinders, cones and fillets and never exceeded at steps. Points
+    below it lie in proportion between the wheel's radius and the crest's.
 
     Raises
     ------

@@ -10,7 +10,15 @@ from scenes.wheel.course import THICKEST, course_of, station_step_mm, whole_piec
 from scenes.wheel.outline import Outline
 from scenes.wheel.section import Section, section_of
 from scenes.wheel.spec import RimBurr
-from scenes.wheel.tool import LONGEST_ONWARD, OVERLAP_MM, SINK_MM, Tool, mean_thickness_mm, piece_stations, ring_smooth
+from scenes.wheel.tool import (
+    LONGEST_ONWARD,
+    OVERLAP_MM,
+    SINK_MM,
+    Tool,
+    mean_thickness_mm,
+    piece_stations,
+    ring_smooth,
+)
 from scenes.wheel.truth import deviation_mm
 
 _INSET_MM = 0.05
@@ -51,7 +59,9 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
     arc_mm = _positions(burr, length_mm, section_deg, pieces_mm)
     course = course_of(burr, arc_mm, pieces_mm)
     section = _from_the_edge(section_of(burr, course), burr)
-    flanks = _placed(section, middle, -along, direction / float(direction @ normal), outline, course.heights_mm)
+    flanks = _placed(
+        section, middle, -along, direction / float(direction @ normal), outline, course.heights_mm
+    )
     rings = _rings(flanks, middle, normal)
     if _left_handed(rings[0]):
         rings, section = np.concatenate([rings[:, -3::-1], rings[:, :-3:-1]], axis=1), section.reversed()

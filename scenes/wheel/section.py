@@ -108,7 +108,9 @@ def _rolled(burr: AxialRidge | RimBurr, course: Course) -> tuple[Floats, tuple[i
     rise = height - radius - thickness / 2.0
     end = abs(burr.curl_deg)
     over = max(2, round(_QUARTER * (end - 90.0) / 90.0))
-    turn = np.radians(np.concatenate([np.linspace(0.0, 90.0, _QUARTER + 1), np.linspace(90.0, end, over + 1)[1:]]))
+    turn = np.radians(
+        np.concatenate([np.linspace(0.0, 90.0, _QUARTER + 1), np.linspace(90.0, end, over + 1)[1:]])
+    )
     outer = _about(radius, rise, radius + thickness / 2.0, turn)
     inner = _about(radius, rise, radius - thickness / 2.0, turn[::-1])
     tip = _about_tip(radius, rise, thickness / 2.0, turn[-1])
@@ -123,8 +125,8 @@ def _check_curl(burr: AxialRidge | RimBurr) -> None:
     tip_mm, most_mm = tip_thickness_mm(burr), _THICKEST_CURL * burr.height_mm
     if tip_mm > most_mm * (1.0 + 1e-9):
         raise InputError(
-            f"{burr.kind}: with a tip of {tip_mm:g} mm nothing {burr.height_mm:g} mm high can be rolled; at most "
-            f"{most_mm:g} mm"
+            f"{burr.kind}: with a tip of {tip_mm:g} mm nothing {burr.height_mm:g} mm high can be rolled; "
+            f"at most {most_mm:g} mm"
         )
 
 
@@ -137,7 +139,11 @@ def _about_tip(radius: Floats, rise: Floats, half: Floats, turn: float) -> Float
     """(N, 5, 2) the half circle that ends the strip, its ends left to the strip's sides."""
     around = np.linspace(0.0, np.pi, _TIP + 1)[1:-1]
     # outwards is (-cos, sin), onwards (sin, cos)
-    x = radius - radius * np.cos(turn) + half * (-np.cos(turn) * np.cos(around) + np.sin(turn) * np.sin(around))
+    x = (
+        radius
+        - radius * np.cos(turn)
+        + half * (-np.cos(turn) * np.cos(around) + np.sin(turn) * np.sin(around))
+    )
     y = rise + radius * np.sin(turn) + half * (np.sin(turn) * np.cos(around) + np.cos(turn) * np.sin(around))
     return np.stack([x, y], axis=-1)
 

@@ -64,14 +64,14 @@ class Tool:
 
     @property
     def flanks_mm(self) -> Floats:
-        """(N, K - 2, 3) the section's points off the surface: the crest is one of them, or a nick's bottom."""
+        """(N, K - 2, 3) the section's points off the surface: crest or bottom is one of them."""
         return self.stations_mm[:, 1:-3]
 
     @property
     def whole(self) -> Bools:
         """(N - 1,) whether there is material between each station and the next."""
         gaps = np.arange(len(self.stations_mm) - 1)
-        return np.any([(gaps >= first) & (gaps < last) for first, last in self.pieces], axis=0)
+        return np.asarray(np.any([(gaps >= first) & (gaps < last) for first, last in self.pieces], axis=0))
 
 
 def ring_smooth(section: Section) -> Bools:
@@ -81,7 +81,7 @@ def ring_smooth(section: Section) -> Bools:
 
 def mean_thickness_mm(section: Section) -> Floats:
     """(N,) the area of the section over its height."""
-    return section.areas_mm2() / np.abs(section.points_mm[..., 1]).max(axis=1)
+    return np.asarray(section.areas_mm2() / np.abs(section.points_mm[..., 1]).max(axis=1))
 
 
 def piece_stations(positions_mm: Floats, pieces_mm: Floats) -> tuple[tuple[int, int], ...]:

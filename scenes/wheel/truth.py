@@ -85,7 +85,9 @@ class TrueBurr:
     @property
     def torn_share(self) -> float:
         """Share of the length that is torn off."""
-        return 1.0 - float(np.ptp(self.pieces_mm, axis=1).sum()) / self.length_mm if len(self.pieces_mm) else 0.0
+        return (
+            1.0 - float(np.ptp(self.pieces_mm, axis=1).sum()) / self.length_mm if len(self.pieces_mm) else 0.0
+        )
 
     def height_at(self, position_mm: Floats) -> Floats:
         """(M,) height or depth at positions along the burr, mm; 0 where it is torn off or ended. O(M P)."""

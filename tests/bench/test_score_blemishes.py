@@ -23,7 +23,9 @@ NAMES = ("false_calls", "blemish_calls", *(f"calls_{kind}" for kind in KINDS))
 
 def counts(*found: Burr, blemishes: tuple[TrueBlemish, ...] = (STAIN, SCRATCH, CHATTER)) -> list[float]:
     seen = evidence(true_burr(), found=found)
-    return list(measure_some(Evidence(replace(seen.truth, blemishes=blemishes), seen.outcome), NAMES).values())
+    return list(
+        measure_some(Evidence(replace(seen.truth, blemishes=blemishes), seen.outcome), NAMES).values()
+    )
 
 
 @pytest.mark.parametrize(
@@ -44,7 +46,9 @@ def test_a_false_call_counts_for_the_blemish_it_is_on(call: Burr, expected: list
 
 def test_several_calls_add_up_and_a_hit_on_a_stained_burr_is_a_hit() -> None:
     over = replace(STAIN, angle_deg=90.0)
-    found = counts(HIT, found_burr(110.2, (6.0, 9.0)), found_burr(30.0, (-9.0, -5.0)), blemishes=(over, SCRATCH))
+    found = counts(
+        HIT, found_burr(110.2, (6.0, 9.0)), found_burr(30.0, (-9.0, -5.0)), blemishes=(over, SCRATCH)
+    )
     assert found == pytest.approx([2, 1, 0, math.nan, 1, math.nan], nan_ok=True)
 
 

@@ -9,20 +9,26 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Floats
-from burrscan.documents import build
 from burrscan.errors import InputError
-from scenes.finish import FINISHES, FinishSpec, LocalFinish, finish_bsdf, named_finish, optical_constants, roughness_round, torn
-from scenes.pose import PoseSpec
+from scenes.finish import (
+    FINISHES,
+    FinishSpec,
+    LocalFinish,
+    finish_bsdf,
+    named_finish,
+    optical_constants,
+    roughness_round,
+    torn,
+)
 from scenes.renderer import activate
-from scenes.rig import RigSpec
 from scenes.scene import SceneSpec, scene_from
 from scenes.simulate import optics_of, simulate
-from scenes.surface import BrightSpot, Chatter, Scratch, Stain, Zone, blemish_at, true_blemishes
+from scenes.surface import Blemish, BrightSpot, Chatter, Scratch, Stain, Zone, blemish_at, true_blemishes
 from scenes.surface.parts import surface_parts, zone_ends_mm
 from scenes.transport.hits import centre_hits
 from scenes.transport.stock import stock_image
 from scenes.transport.world import wheel_mesh, wheel_shapes
-from scenes.wheel import AxialRidge, BurrSpec, Nick, Wheel, WheelSpec, build_wheel
+from scenes.wheel import AxialRidge, BurrSpec, Nick, Wheel, build_wheel
 from tests.scenes.wheels import CYLINDER, edge_counts
 
 SHINY = FinishSpec(alpha=0.1)
@@ -35,11 +41,15 @@ def _scene(mi: Any, wheel: Wheel, finish: FinishSpec = SHINY, **surface: Any) ->
     return mi.load_dict({"type": "scene", **wheel_shapes(mi, wheel, np.eye(4), parts, channels="mono")})
 
 
-def _retroreflected(mi: Any, scene: Any, angle_deg: Floats, z_mm: Floats, tilt_rad: Floats | float = 0.0) -> Floats:
-    """(N,) reflection back along radial rays, leaned by ``tilt_rad`` towards growing angles, per unit of light."""
+def _retroreflected(
+    mi: Any, scene: Any, angle_deg: Floats, z_mm: Floats, tilt_rad: Floats | float = 0.0
+) -> Floats:
+    """(N,) reflection back along radial rays leaned by ``tilt_rad`` towards growing angles."""
     if mi.variant().startswith("scalar"):
         pytest.skip("needs a vectorised variant")
-    angle, z, tilt = (np.broadcast_to(a, np.shape(angle_deg)) for a in np.broadcast_arrays(angle_deg, z_mm, tilt_rad))
+    angle, z, tilt = (
+        np.broadcast_to(a, np.shape(angle_deg)) for a in np.broadcast_arrays(angle_deg, z_mm, tilt_rad)
+    )
     at = np.radians(angle)
     out = np.stack([np.cos(at + tilt), np.sin(at + tilt), 0.0 * at])
     surface = np.stack([100.0 * np.cos(at), 100.0 * np.sin(at), z])
@@ -47,14 +57,16 @@ def _retroreflected(mi: Any, scene: Any, angle_deg: Floats, z_mm: Floats, tilt_r
     ray = mi.Ray3f(mi.Point3f(*map(mi.Float, start)), mi.Vector3f(*map(mi.Float, -out)))
     hit = scene.ray_intersect(ray)
     value = hit.bsdf(ray).eval(mi.BSDFContext(), hit, hit.wi)
-    return np.array(value[0], dtype=float) / np.array(hit.wi.z, dtype=float)
+    return np.asarray(np.array(value[0], dtype=float) / np.array(hit.wi.z, dtype=float))
 
 
 @pytest.mark.parametrize("angle", [0.0, 137.0, -180.0])
 def test_a_stain_is_its_ellipse_and_nothing_else(angle: float) -> None:
     """Across the seam of u too. Half of it covered is at the rim in closed form; the truth says the same."""
     mi = activate()
-    stain = Stain(angle_deg=angle, z_mm=3.0, length_mm=6.0, width_mm=10.0, waviness=0.0, cover=1.0, reflectance=0.25)
+    stain = Stain(
+        angle_deg=angle, z_mm=3.0, length_mm=6.0, width_mm=10.0, waviness=0.0, cover=1.0, reflectance=0.25
+    )
     scene = _scene(mi, build_wheel(CYLINDER, ()), blemishes=[stain])
     rng = np.random.default_rng(0)
     x, z = rng.uniform(-8.0, 8.0, 4000), rng.uniform(-3.0, 9.0, 4000)
@@ -75,7 +87,7 @@ def test_a_stain_is_its_ellipse_and_nothing_else(angle: float) -> None:
 def test_every_blemish_lies_where_its_truth_says_also_over_others() -> None:
     mi = activate()
     wheel = build_wheel(CYLINDER, ())
-    blemishes = [
+    blemishes: list[Blemish] = [
         Chatter(z_start_mm=-12.0, z_end_mm=8.0, height_um=0.0, roughness=2.0),
         Stain(angle_deg=-1.0, z_mm=0.0, cover=1.0, reflectance=0.1, seed=2),
         BrightSpot(angle_deg=2.0, z_mm=9.0, seed=1),
@@ -100,8 +112,8 @@ def test_every_blemish_lies_where_its_truth_says_also_over_others() -> None:
 def test_the_scratch_is_as_wide_and_as_deep_as_said() -> None:
     """Its flanks turn the normal by its slope: the direction of the strongest reflection back tells."""
     mi = activate()
-    scratch = Scratch(angle_deg=90.0, z_mm=0.0, length_mm=20.0, width_mm=0.2, depth_um=4.0, direction_deg=90.0,
-                      finish=LocalFinish(alpha=0.1))  # fmt: skip
+    scratch = Scratch(angle_deg=90.0, z_mm=0.0, length_mm=20.0, width_mm=0.2, depth_um=4.0,
+                      direction_deg=90.0, finish=LocalFinish(alpha=0.1))  # fmt: skip
     scene = _scene(mi, build_wheel(CYLINDER, ()), blemishes=[scratch])
     x = np.linspace(-0.18, 0.18, 37)
     turned = np.array([_lean(mi, scene, 90.0 + np.degrees(one / 100.0), 1.0) for one in x])
@@ -192,8 +204,9 @@ def test_each_burr_has_its_own_finish_and_the_control_the_wheels() -> None:
 def _zoomed() -> tuple[SceneSpec, Wheel, Any, Any]:
     document = {
         "wheel": "cylinder", "finish": {"name": "ground"}, "rig": {"scale": 0.15},
-        "burr": [{"kind": "axial_ridge", "angle_deg": 5.0, "height_mm": 2.0, "width_mm": 2.0, "z_start_mm": -20.0,
-                  "z_end_mm": 20.0, "section": "rolled", "gap_share": 0.2, "height_rms": 0.2}],
+        "burr": [{"kind": "axial_ridge", "angle_deg": 5.0, "height_mm": 2.0, "width_mm": 2.0,
+                  "z_start_mm": -20.0, "z_end_mm": 20.0, "section": "rolled", "gap_share": 0.2,
+                  "height_rms": 0.2}],
         "zone": [{"z_start_mm": -40.0, "z_end_mm": -10.0, "finish": "blasted"}],
         "blemish": [{"kind": "stain", "angle_deg": -10.0, "z_mm": 0.0, "length_mm": 12.0, "width_mm": 12.0},
                     {"kind": "chatter", "z_start_mm": 5.0, "z_end_mm": 20.0}],
@@ -215,7 +228,12 @@ def test_pixels_know_their_face_however_many_meshes_there_are(variant: str) -> N
         channels: Any = "rgb" if mi.variant().endswith("rgb") else "mono"
         optics = optics_of(scene)
         many = mi.load_dict({"type": "scene", **wheel_shapes(mi, wheel, pose, parts, channels=channels)})
-        one = mi.load_dict({"type": "scene", "wheel": wheel_mesh(mi, wheel, pose, finish_bsdf(scene.finish, channels=channels))})
+        one = mi.load_dict(
+            {
+                "type": "scene",
+                "wheel": wheel_mesh(mi, wheel, pose, finish_bsdf(scene.finish, channels=channels)),
+            }
+        )
         found = centre_hits(mi, many, optics, faces_of={part.name: part.faces for part in parts})
         alone = centre_hits(mi, one, optics)
     finally:
@@ -236,7 +254,12 @@ def test_the_traced_light_is_that_of_stock_mitsuba_on_every_part() -> None:
     shapes = wheel_shapes(mi, wheel, pose, parts, channels="mono")
     white = np.ones(optics.rig.projector.shape, np.float32)
     stock = stock_image(mi, shapes, optics, white, samples=256, bounces=1, seed=5)
-    places = [truth.blemish_index == 0, truth.blemish_index == 1, truth.burr_index == 0, truth.blemish_index == -1]
+    places = [
+        truth.blemish_index == 0,
+        truth.blemish_index == 1,
+        truth.burr_index == 0,
+        truth.blemish_index == -1,
+    ]
     for place in places:
         assert place.sum() > 10
         assert truth.direct[place].mean() == pytest.approx(float(stock[place].mean()), rel=0.04)
@@ -245,20 +268,20 @@ def test_the_traced_light_is_that_of_stock_mitsuba_on_every_part() -> None:
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"zone": [{"z_start_mm": 1.0, "z_end_mm": 0.0, "finish": "ground"}]}, "zone 0: z_start_mm 1 must be less"),
+        ({"zone": [{"z_start_mm": 1.0, "z_end_mm": 0.0, "finish": "ground"}]}, "zone 0: z_start_mm 1 must"),
         (
             {"zone": [{"z_start_mm": 0.0, "z_end_mm": 5.0, "finish": "ground"},
                       {"z_start_mm": 4.0, "z_end_mm": 9.0, "finish": "ground"}]},
             "zones overlap between z 4 and 5 mm",
         ),
-        ({"blemish": [{"kind": "stain", "angle_deg": 0.0, "z_mm": 99.0}]}, "blemish 0: stain: z 99 mm is not on"),
+        ({"blemish": [{"kind": "stain", "angle_deg": 0.0, "z_mm": 99.0}]}, "blemish 0: stain: z 99 mm is"),
         ({"blemish": [{"kind": "stain", "angle_deg": 0.0, "z_mm": 0.0, "width_mm": 400.0}]}, "is too much"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_the_wheel_is_refused(tables: dict[str, Any], message: str) -> None:
     scene = scene_from({"wheel": "cylinder", "finish": "ground", **tables}, source="here")
+    wheel = build_wheel(scene.wheel, ())
     with pytest.raises(InputError, match=message):
-        wheel = build_wheel(scene.wheel, (), cuts_mm=zone_ends_mm(scene.zone))
         surface_parts(wheel, scene.finish, zones=scene.zone, blemishes=scene.blemish)
 
 
@@ -281,8 +304,11 @@ def test_true_blemishes_have_their_extent() -> None:
         Scratch(angle_deg=10.0, z_mm=0.0, length_mm=20.0, width_mm=0.1, direction_deg=0.0),
         Chatter(z_start_mm=-5.0, z_end_mm=10.0),
     ]
-    scratch, chatter = true_blemishes(blemishes, build_wheel(CYLINDER, (), facet_error_mm=0.01).generatrix_zr_mm)
-    assert (scratch.kind, scratch.width_mm, scratch.length_mm) == ("scratch", pytest.approx(20.0), pytest.approx(0.1))
+    scratch, chatter = true_blemishes(
+        blemishes, build_wheel(CYLINDER, (), facet_error_mm=0.01).generatrix_zr_mm
+    )
+    assert scratch.kind == "scratch"
+    assert [scratch.width_mm, scratch.length_mm] == pytest.approx([20.0, 0.1])
     assert scratch.arc_deg == pytest.approx(np.degrees(0.2))
-    assert (chatter.z_start_mm, chatter.z_end_mm) == pytest.approx((-5.0, 10.0), abs=0.02)
+    assert [chatter.z_start_mm, chatter.z_end_mm] == pytest.approx([-5.0, 10.0], abs=0.02)
     assert chatter.arc_deg == 360.0
