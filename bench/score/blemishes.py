@@ -33,8 +33,8 @@ def calls_on(kind: Kind) -> Callable[[Evidence], float]:
         return float(sum(called == kind for called in called_kinds(evidence)))
 
     calls.__doc__ = (
-        f"False calls on a {kind.replace('_', ' ')}, as ``blemish_calls``; NaN where there is none. A call on "
-        "several blemishes counts for the nearest, then for the narrowest."
+        f"False calls on a {kind.replace('_', ' ')}, as ``blemish_calls``; NaN where there is none. A call "
+        "on several blemishes counts for the nearest, then for the narrowest."
     )
     return calls
 

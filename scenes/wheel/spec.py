@@ -23,8 +23,8 @@ class Shape:
     """What a burr's cross-section is, how it varies along the burr, and how its flanks reflect.
 
     Gillespie's kinds of burr (Gillespie & Blotter, J. Eng. Ind. 98, 66, 1976), made of these keys: a Poisson
-    burr, metal bulged out sideways, is ``rounded`` and wide; a rollover burr, a chip bent over instead of cut,
-    is ``rolled``; a tear burr is a ``flake`` with ``height_rms``, ``lean_rms_deg`` and ``gap_share``; a
+    burr, metal bulged out sideways, is ``rounded`` and wide; a rollover burr, a chip bent over instead of
+    cut, is ``rolled``; a tear burr is a ``flake`` with ``height_rms``, ``lean_rms_deg`` and ``gap_share``; a
     cut-off burr, the stump left where a part falls off, is a short thick ``flake``. ISO 13715 calls each of
     them an edge state "+" of the size ``height_mm``.
 
@@ -32,8 +32,8 @@ class Shape:
     ----------
     section
         ``triangle`` (a prism: the control), ``rounded`` (a parabola), ``rolled`` (a strip curled over, with
-        an undercut), ``flake`` (a thin trapezoid). ``width_mm`` is the thickness at the root of each; a rolled
-        burr's is at most 1.5 of its height.
+        an undercut), ``flake`` (a thin trapezoid). ``width_mm`` is the thickness at the root of each; that of
+        a rolled burr is at most 1.5 of its height.
     tip_mm
         Thickness at the tip: of a flake 0.3 of its width by default, of a rolled burr 0.6 of its width and at
         most 0.3 of its height.
