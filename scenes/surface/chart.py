@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Floats
 from burrscan.errors import InputError
 from scenes.surface.cover import half_extent_mm
 from scenes.surface.spec import Blemish, Chatter
@@ -79,11 +79,6 @@ class Place:
         """X along the circumference and y along the outline of points, from the middle."""
         turns = (angle_deg - self.angle_deg + 180.0) % 360.0 - 180.0
         return np.radians(turns) * self.radius_mm, walked_mm - self.walked_mm
-
-    def near(self, x_mm: Floats, y_mm: Floats) -> Bools:
-        """Whether points are within its extent."""
-        half_x = np.inf if self.whole_turn else self.half_mm[0]
-        return np.asarray((np.abs(x_mm) <= half_x) & (np.abs(y_mm) <= self.half_mm[1]))
 
 
 class Extent(NamedTuple):

@@ -42,14 +42,17 @@ def cover_of_patch(blemish: Stain | BrightSpot, x_mm: Floats, y_mm: Floats) -> F
 def cover_of(blemish: Blemish, x_mm: Floats, y_mm: Floats, half_mm: tuple[float, float]) -> Floats:
     """Share covered at x along the circumference and y along the outline, mm from the blemish's middle."""
     if isinstance(blemish, Scratch):
-        along, across = scratch_frame(blemish, x_mm, y_mm)
-        return np.where(
-            (np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0), 1.0, 0.0
-        )
+        return cover_of_scratch(blemish, *scratch_frame(blemish, x_mm, y_mm))
     if isinstance(blemish, Chatter):
         round_it = np.abs(x_mm) <= (np.inf if blemish.arc_deg == 360 else half_mm[0])
         return np.where(round_it & (np.abs(y_mm) <= half_mm[1]), 1.0, 0.0)
     return cover_of_patch(blemish, x_mm, y_mm)
+
+
+def cover_of_scratch(scratch: Scratch, along_mm: Floats, across_mm: Floats) -> Floats:
+    """1 in the scratch, 0 beside it, at positions along and across it."""
+    inside = (np.abs(along_mm) <= scratch.length_mm / 2.0) & (np.abs(across_mm) <= scratch.width_mm / 2.0)
+    return np.where(inside, 1.0, 0.0)
 
 
 def scratch_frame(blemish: Scratch, x_mm: Floats, y_mm: Floats) -> tuple[Floats, Floats]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from scenes.finish import Channels, FinishSpec, diffuse_bsdf, one_sided_bsdf, torn, two_sided
-from scenes.surface.cover import cover_of, cover_of_patch
+from scenes.surface.cover import cover_of, cover_of_patch, cover_of_scratch
 from scenes.surface.parts import Cover, SurfacePart
 from scenes.surface.spec import BrightSpot, Chatter, Scratch, Stain
 
@@ -87,15 +87,7 @@ def _weight(mi: Any, cover: Cover, outline_mm: float) -> dict[str, Any]:
     blemish, half = cover.blemish, cover.place.half_mm
     if isinstance(blemish, Scratch):
         box = (blemish.length_mm / 2.0 * _MARGIN, blemish.width_mm / 2.0 * _WIDE_MARGIN)
-        values = _sampled(
-            lambda along, across: np.where(
-                (np.abs(along) <= blemish.length_mm / 2.0) & (np.abs(across) <= blemish.width_mm / 2.0),
-                1.0,
-                0.0,
-            ),
-            box,
-            (_ALONG, _ACROSS),
-        )
+        values = _sampled(lambda *at: cover_of_scratch(blemish, *at), box, (_ALONG, _ACROSS))
         return _texture(mi, values, _boxed(_scratch_map(cover, blemish, outline_mm), box))
     box = (half[0] * _MARGIN, half[1] * _MARGIN)
     if isinstance(blemish, Chatter):
