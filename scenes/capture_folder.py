@@ -120,10 +120,12 @@ def truth_arrays(truth: Truth) -> dict[str, NDArray[np.generic]]:
         "sigma_limit_px",
         "measurable",
         "burr_index",
+        "blemish_index",
     )
     arrays = {name: getattr(truth, name) for name in names}
     burrs = [{k: v for k, v in asdict(b).items() if not isinstance(v, np.ndarray)} for b in truth.wheel.burrs]
     return arrays | {
         "generatrix_zr_mm": truth.wheel.generatrix_zr_mm,
         "burrs_json": np.array(json.dumps(burrs)),
+        "blemishes_json": np.array(json.dumps([asdict(blemish) for blemish in truth.blemishes])),
     }

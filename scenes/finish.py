@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT
@@ -27,6 +27,11 @@ Band = Literal["red", "green", "blue"]
 Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+_TORN_ALPHA, _TORN_SHARE = 0.3, 1.5
+_HARMONICS = 4
+_ROUND_TEXELS = 1024
+_SMALLEST_ALPHA = 0.01
 
 # the colours are near the dominant wavelengths of the sRGB primaries
 _WAVELENGTHS_NM: dict[Channels, tuple[float, ...]] = {
@@ -132,6 +137,9 @@ class FinishSpec:
         Of the oxide or dust.
     coating_reflectance
         Of the matte coating.
+    roughness_variation, roughness_seed
+        Share by which the roughness slowly rises and falls round the wheel, as tools wear and settings shift:
+        the first four harmonics of the circumference with random phases, their largest swing this share.
 
     """
 
@@ -145,6 +153,8 @@ class FinishSpec:
     diffuse_share: Share = 0.0
     diffuse_reflectance: Share = 0.4
     coating_reflectance: Share = 0.8
+    roughness_variation: Annotated[float, Field(ge=0.0, le=0.8)] = 0.0
+    roughness_seed: Annotated[int, Field(ge=0)] = 0
 
 
 FINISHES = {
@@ -171,13 +181,72 @@ def named_finish(name: str, *, metal: Metal = "aluminium") -> FinishSpec:
     return replace(FINISHES[name], metal=metal)
 
 
+@dataclass(frozen=True)
+class LocalFinish:
+    """The finish of a part of the wheel, told by what differs from the wheel's.
+
+    Parameters
+    ----------
+    name
+        A finish of the catalogue, on the wheel's metal; ``wheel``, the default, is the wheel's own.
+    texture, metal, alpha, alpha_along, alpha_across, diffuse_share, diffuse_reflectance, coating_reflectance
+        Override that finish, as in :class:`FinishSpec`.
+
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Literal["wheel", "polished", "ground", "blasted", "turned", "oxidised", "matte"] = "wheel"
+    texture: Literal["isotropic", "turned", "matte"] | None = None
+    metal: Metal | None = None
+    alpha: Alpha | None = None
+    alpha_along: Alpha | None = None
+    alpha_across: Alpha | None = None
+    diffuse_share: Share | None = None
+    diffuse_reflectance: Share | None = None
+    coating_reflectance: Share | None = None
+
+    def on(self, wheel: FinishSpec) -> FinishSpec:
+        """The finish itself, on a wheel of that finish."""
+        base = wheel if self.name == "wheel" else named_finish(self.name, metal=wheel.metal)
+        stated = {k: v for k, v in vars(self).items() if k != "name" and v is not None}
+        return replace(base, **stated)
+
+
+def local_finish(finish: Any) -> Any:
+    """A local finish by name as a table; anything else as it is."""
+    return {"name": finish} if isinstance(finish, str) else finish
+
+
+LocalFinishKey = Annotated[LocalFinish | None, BeforeValidator(local_finish)]
+"""The key ``finish`` of a burr, a zone or a blemish: a name or a table."""
+
+
+def torn(wheel: FinishSpec) -> FinishSpec:
+    """The finish of a burr that states none: a torn surface on a wheel of that finish.
+
+    A fracture has no lay, so it is isotropic; it is rougher than the cut beside it: alpha is 1.5 times the
+    wheel's largest and at least 0.3, an rms slope of 12 degrees. That is an assumption, between ``ground``
+    and ``blasted``: no measured reflectance of burr flanks was found. A coating covers burrs too.
+    """
+    if wheel.texture == "matte":
+        return wheel
+    roughest = max(wheel.alpha_along, wheel.alpha_across) if wheel.texture == "turned" else wheel.alpha
+    return replace(
+        wheel,
+        texture="isotropic",
+        alpha=min(max(_TORN_ALPHA, _TORN_SHARE * roughest), 1.0),
+        roughness_variation=0.0,
+    )
+
+
 def optical_constants(metal: Metal, wavelengths_nm: tuple[float, ...]) -> tuple[Floats, Floats]:
     """Index n and extinction k of a metal, interpolated linearly between the measured wavelengths."""
     wavelength, n, k = np.array(_CONSTANTS[metal]).T
     return np.interp(wavelengths_nm, wavelength, n), np.interp(wavelengths_nm, wavelength, k)
 
 
-def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
+def finish_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
     """The Mitsuba plugin dictionary of a finish, two-sided.
 
     A turned finish needs a mesh whose dp/du runs along the circumference, as :class:`scenes.wheel.Wheel` has.
@@ -188,31 +257,54 @@ def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
         What it is.
     channels
         ``mono`` for one channel at 550 nm, ``rgb`` for three, or one of the three by its name.
+    mi
+        The activated Mitsuba module: needed where the roughness varies round the wheel.
 
     """
+    return two_sided(one_sided_bsdf(finish, channels=channels, mi=mi))
+
+
+def one_sided_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
+    """As :func:`finish_bsdf`, to be blended with others before it is made two-sided."""
     if finish.texture == "matte":
-        return _two_sided(_diffuse(finish.coating_reflectance))
-    metal = _conductor(finish, channels)
+        return diffuse_bsdf(finish.coating_reflectance)
+    metal = _conductor(finish, channels, mi)
     if finish.diffuse_share == 0.0:
-        return _two_sided(metal)
-    covered = {
+        return metal
+    return {
         "type": "blendbsdf",
         "weight": finish.diffuse_share,
         "bsdf_0": metal,
-        "bsdf_1": _diffuse(finish.diffuse_reflectance),
+        "bsdf_1": diffuse_bsdf(finish.diffuse_reflectance),
     }
-    return _two_sided(covered)
 
 
-def _two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+def roughness_round(finish: FinishSpec, turns: Floats) -> Floats:
+    """(N,) factor on a finish's alpha at these shares of a turn, between 1 - and 1 + its variation."""
+    harmonics = np.arange(1, _HARMONICS + 1)
+    random = np.random.default_rng(finish.roughness_seed)
+    phases, sizes = (
+        random.uniform(0.0, 2.0 * np.pi, _HARMONICS),
+        random.uniform(0.5, 1.0, _HARMONICS) / harmonics,
+    )
+    finely = np.linspace(0.0, 1.0, 721)
+    waves, swing = (
+        np.cos(2.0 * np.pi * at[..., None] * harmonics + phases) @ sizes for at in (np.asarray(turns), finely)
+    )
+    return np.asarray(1.0 + finish.roughness_variation * waves / np.abs(swing).max())
+
+
+def two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+    """The same reflection on both sides of a surface."""
     return {"type": "twosided", "bsdf": bsdf}
 
 
-def _diffuse(reflectance: float) -> dict[str, Any]:
+def diffuse_bsdf(reflectance: float) -> dict[str, Any]:
+    """An even diffuser."""
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [reflectance] * 3}}
 
 
-def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
+def _conductor(finish: FinishSpec, channels: Channels, mi: Any) -> dict[str, Any]:
     n, k = optical_constants(finish.metal, _WAVELENGTHS_NM[channels])
     alpha_u, alpha_v = (
         (finish.alpha_along, finish.alpha_across)
@@ -222,10 +314,24 @@ def _conductor(finish: FinishSpec, channels: Channels) -> dict[str, Any]:
     return {
         "type": "roughconductor",
         "distribution": "ggx",
-        "alpha_u": alpha_u,
-        "alpha_v": alpha_v,
+        "alpha_u": _alpha(finish, alpha_u, mi),
+        "alpha_v": _alpha(finish, alpha_v, mi),
         "eta": _spectrum(n),
         "k": _spectrum(k),
+    }
+
+
+def _alpha(finish: FinishSpec, alpha: float, mi: Any) -> float | dict[str, Any]:
+    """Roughness, or a texture of it round the wheel where it varies."""
+    if finish.roughness_variation == 0.0:
+        return alpha
+    turns = (np.arange(_ROUND_TEXELS) + 0.5) / _ROUND_TEXELS
+    values = np.clip(alpha * roughness_round(finish, turns), _SMALLEST_ALPHA, 1.0)
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.tile(values.astype(np.float32), (2, 1))[..., None]),
+        "raw": True,
+        "wrap_mode": "repeat",
     }
 
 

@@ -22,6 +22,7 @@ from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.finish import FinishSpec, named_finish
 from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
+from scenes.surface.spec import Blemish, Zone
 from scenes.transport.store import TRANSPORT_VERSION
 from scenes.wheel import BurrSpec, WheelSpec, load_wheel
 
@@ -85,6 +86,10 @@ class SceneSpec:
     finish
         A name of the catalogue, or a table of its own; a table with a ``name`` overrides a part of that
         finish.
+    zone
+        Stretches of the wheel along its axis with finishes of their own.
+    blemish
+        What is on the wheel and is no burr.
     pose, rig, camera, projector, light, calibration, vibration, render
         See the tables' own classes.
     channels
@@ -100,6 +105,8 @@ class SceneSpec:
     wheel: WheelSpec
     finish: FinishSpec
     burr: tuple[BurrSpec, ...] | None = None
+    zone: tuple[Zone, ...] = ()
+    blemish: tuple[Blemish, ...] = ()
     pose: PoseSpec = PoseSpec()
     rig: RigSpec = RigSpec()
     camera: CameraSpec = CameraSpec()

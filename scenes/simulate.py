@@ -13,17 +13,18 @@ from burrscan.arrays import Floats
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.scanner import Scanner
 from scenes.colour import BANDS, MONO, ColourScanner
-from scenes.finish import Channels, finish_bsdf
+from scenes.finish import Channels
 from scenes.light import Light, stock_light
 from scenes.renderer import activate
 from scenes.scanner import SimulatedScanner
 from scenes.scene import SceneSpec, content_hash
+from scenes.surface.parts import SurfacePart, surface_parts, zone_ends_mm
 from scenes.transport.hits import Hits, centre_hits
 from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
 from scenes.transport.store import stored
 from scenes.transport.trace import trace
-from scenes.transport.world import wheel_mesh
+from scenes.transport.world import wheel_shapes
 from scenes.truth import Truth, truth_of
 from scenes.wheel import Wheel, build_wheel
 
@@ -75,14 +76,15 @@ def simulate(
     """
     mi = activate()
     clock = [time.perf_counter()]
-    wheel = build_wheel(scene.wheel, scene.burrs)
+    wheel = build_wheel(scene.wheel, scene.burrs, cuts_mm=zone_ends_mm(scene.zone))
+    parts = surface_parts(wheel, scene.finish, burrs=scene.burrs, zones=scene.zone, blemishes=scene.blemish)
     clock.append(time.perf_counter())
     optics = optics_of(scene)
     pose = scene.pose.T_camera_part(standoff_mm=scene.rig.standoff_mm, middle_z_mm=_middle_z_mm(wheel))
     bands: dict[Channels, tuple[Light, Hits]] = {}
     for band in BANDS if scene.channels == "rgb" else MONO:
-        mesh = wheel_mesh(mi, wheel, pose, finish_bsdf(scene.finish, channels=band))
-        bands[band] = _light(mi, mesh, optics, scene, band, cache_dir)
+        shapes = wheel_shapes(mi, wheel, pose, parts, channels=band)
+        bands[band] = _light(mi, shapes, parts, optics, scene, band, cache_dir)
     light, hits = bands["green" if scene.channels == "rgb" else "mono"]
     clock.append(time.perf_counter())
     truth = truth_of(scene, wheel=wheel, rig=optics.rig, T_camera_part=pose, hits=hits, light=light)
@@ -113,19 +115,27 @@ def optics_of(scene: SceneSpec) -> Optics:
 
 
 def _light(
-    mi: Any, mesh: Any, optics: Optics, scene: SceneSpec, band: Channels, cache_dir: Path | None
+    mi: Any,
+    shapes: dict[str, Any],
+    parts: tuple[SurfacePart, ...],
+    optics: Optics,
+    scene: SceneSpec,
+    band: Channels,
+    cache_dir: Path | None,
 ) -> tuple[Light, Hits]:
     render = scene.render
-    bare = mi.load_dict({"type": "scene", "wheel": mesh})
-    hits = centre_hits(mi, bare, optics)
+    bare = mi.load_dict({"type": "scene", **shapes})
+    hits = centre_hits(mi, bare, optics, faces_of={part.name: part.faces for part in parts})
     if str(mi.variant()).startswith("scalar"):
         return stock_light(
-            mi, mesh, optics, hits, samples=render.samples, bounces=render.bounces, seed=render.seed
+            mi, shapes, optics, hits, samples=render.samples, bounces=render.bounces, seed=render.seed
         ), hits
     key = content_hash(
         scene.wheel,
         list(scene.burrs),
         scene.finish,
+        list(scene.zone),
+        list(scene.blemish),
         scene.pose,
         scene.rig,
         [scene.projector.fill, scene.projector.blur_px],

@@ -11,6 +11,7 @@ from burrscan.rig import Rig
 from scenes.light import Light
 from scenes.measurable import limit_sigma_px, measurable
 from scenes.scene import SceneSpec
+from scenes.surface import TrueBlemish, Zone, blemish_at, true_blemishes
 from scenes.transport.hits import Hits
 from scenes.wheel import Wheel
 
@@ -41,6 +42,10 @@ class Truth:
         Pixels that could be measured to 0.5 px.
     burr_index
         Which true burr the pixel's centre lies on, -1 for none.
+    blemish_index
+        Which true blemish covers the pixel's centre to more than half, -1 for none.
+    blemishes, zones
+        What else is on the wheel: none of them is a burr.
 
     """
 
@@ -57,12 +62,16 @@ class Truth:
     sigma_limit_px: Floats32
     measurable: Bools
     burr_index: Ints32
+    blemish_index: Ints32
+    blemishes: tuple[TrueBlemish, ...] = ()
+    zones: tuple[Zone, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, T_part_camera=self.T_part_camera, points_mm=self.points_mm, u_px=self.u_px)
         freeze(self, v_px=self.v_px, u_response_px=self.u_response_px, v_response_px=self.v_response_px)
         freeze(self, direct=self.direct, indirect=self.indirect, sigma_limit_px=self.sigma_limit_px)
         freeze(self, measurable=self.measurable, burr_index=self.burr_index)
+        freeze(self, blemish_index=self.blemish_index)
 
     @property
     def lit(self) -> Bools:
@@ -84,10 +93,11 @@ def truth_of(
     centre = np.where(lit[..., None], rig.correspond(hits.points_mm), np.nan).astype(np.float32)
     limit = limit_sigma_px(light, camera=scene.camera, ambient=scene.light.ambient)
     burrs = np.where(hits.faces >= 0, wheel.face_burr[np.maximum(hits.faces, 0)], -1)
+    T_part_camera = np.asarray(np.linalg.inv(T_camera_part), dtype=float)
     return Truth(
         wheel=wheel,
         rig=rig,
-        T_part_camera=np.asarray(np.linalg.inv(T_camera_part), dtype=float),
+        T_part_camera=T_part_camera,
         points_mm=hits.points_mm,
         u_px=centre[..., 0],
         v_px=centre[..., 1],
@@ -98,4 +108,18 @@ def truth_of(
         sigma_limit_px=limit,
         measurable=measurable(light, limit),
         burr_index=burrs.astype(np.int32),
+        blemish_index=_blemish_index(scene, wheel, T_part_camera, hits, burrs < 0),
+        blemishes=true_blemishes(scene.blemish, wheel.generatrix_zr_mm),
+        zones=scene.zone,
     )
+
+
+def _blemish_index(
+    scene: SceneSpec, wheel: Wheel, T_part_camera: Floats, hits: Hits, on_wheel: Bools
+) -> Ints32:
+    """(h, w) of the pixels that see the wheel itself."""
+    index = np.full(hits.faces.shape, -1, np.int32)
+    seen = (hits.faces >= 0) & on_wheel
+    points = hits.points_mm[seen] @ T_part_camera[:3, :3].T + T_part_camera[:3, 3]
+    index[seen] = blemish_at(points, scene.blemish, wheel.generatrix_zr_mm)
+    return index

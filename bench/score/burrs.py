@@ -98,6 +98,7 @@ def _table(evidence: PartEvidence, number: int, true: Place) -> Mapping[str, Any
     visible, measurable, covered = _lengths_mm(evidence, number)
     table: dict[str, Any] = {
         "kind": burr.kind,
+        "section": burr.section,
         "side": true.side,
         "height_mm": true.height_mm,
         "width_mm": float(burr.width_mm),

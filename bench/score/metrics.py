@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 
-from bench.score import burrs, scan, shape
+from bench.score import blemishes, burrs, scan, shape
 from bench.score.evidence import Evidence
 from bench.score.metric import Metric
 from bench.score.part import MeshEvidence
@@ -18,6 +18,7 @@ from burrscan.variants import attribute, suggest
 _ISSUE = "burrscan, issue 2"
 _ISSUE_3 = "burrscan, issue 3"
 _ISSUE_4 = "burrscan, issue 4"
+_ISSUE_11 = "burrscan, issue 11"
 _SEED = "Claes, Koninckx, Bruyninckx, Automatic burr detection on surfaces of revolution, section 5.2"
 _POD = "MIL-HDBK-1823A (hit/miss)"
 
@@ -31,6 +32,17 @@ _SCAN = (
     Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _ISSUE, burrs.burr_coverage, 0.0),
     Metric("frames", "Frames", "count", "lower", 1, _ISSUE, scan.frames, math.nan),
     Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
+)
+_BLEMISHES = (
+    Metric(
+        "blemish_calls", "On blemishes", "count", "lower", 1, _ISSUE_11, blemishes.blemish_calls, math.inf
+    ),
+    *(
+        Metric(f"calls_{kind}", title, "count", "lower", 1, _ISSUE_11, blemishes.calls_on(kind), math.inf)
+        for kind, title in zip(
+            blemishes.KINDS, ("On stains", "On bright spots", "On scratches", "On chatter"), strict=True
+        )
+    ),
 )
 _PART = (
     Metric("axis_deg", "Axis angle", "deg", "lower", 1, _ISSUE, shape.axis_deg, 90.0),
@@ -46,7 +58,7 @@ _PART = (
     Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _ISSUE, burrs.burr_extent_mm, math.inf),
     Metric("false_calls", "False calls", "count", "lower", 1, _POD, burrs.false_calls, math.inf),
 )
-_ALL = (*_SCAN, *(replace(metric, needs="part") for metric in _PART))
+_ALL = (*_SCAN, *(replace(metric, needs="part") for metric in _PART), *_BLEMISHES)
 
 METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
 """Every metric by its name, in the order of tables."""

@@ -76,10 +76,16 @@ def label(value: Any) -> str | float | int | bool:
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
         return str(value["name"])
     if isinstance(value, list | tuple) and all(isinstance(v, Mapping) and "kind" in v for v in value):
-        return "+".join(str(v["kind"]) for v in value) or "none"  # burrs
+        return "+".join(_kind(v) for v in value) or "none"  # burrs, blemishes
     if isinstance(value, list | tuple) and len(value) <= 4 and all(isinstance(v, int | float) for v in value):
         return "x".join(f"{v:g}" for v in value)
     return content_hash(value)[:6]
+
+
+def _kind(table: Mapping[str, Any]) -> str:
+    """A burr's kind, and its section where it is not the plain prism; a blemish's kind."""
+    section = table.get("section", "triangle")
+    return str(table["kind"]) if section == "triangle" else f"{table['kind']}-{section}"
 
 
 def short(path: str | Path) -> str:

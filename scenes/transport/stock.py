@@ -7,6 +7,7 @@ variant runs: slower, one pattern at a time, with the same expectation.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,8 @@ def stock_image(
 ) -> Floats32:
     """The scene under one pattern of light (H, W), in the units of the traced transport; (h, w).
 
+    ``mesh`` is a Mitsuba mesh, or several by name (:func:`scenes.transport.world.wheel_shapes`).
+
     Raises
     ------
     InputError
@@ -100,7 +103,7 @@ def _render(
             },
             "sensor": _sensor(mi, optics.rig.camera, samples),
             "emitter": emitter,
-            "wheel": mesh,
+            **(mesh if isinstance(mesh, Mapping) else {"wheel": mesh}),
         }
     )
     image = np.array(mi.render(scene, seed=seed), dtype=np.float32)

@@ -7,19 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints32, freeze
+from burrscan.arrays import Bools, Floats, Ints32, freeze
 from burrscan.errors import InputError
 from scenes.wheel.carve import carve
-from scenes.wheel.outline import Outline, wheel_outline
+from scenes.wheel.outline import Outline, divided, wheel_outline
 from scenes.wheel.revolve import sections_for
 from scenes.wheel.ridge import nick_tool, ridge_tool
 from scenes.wheel.rim import rim_tool
-from scenes.wheel.spec import AxialRidge, BurrSpec, RimBurr, WheelSpec
+from scenes.wheel.spec import AxialRidge, BurrSpec, Nick, RimBurr, WheelSpec
 from scenes.wheel.tool import Tool
 from scenes.wheel.truth import TrueBurr, deviation_mm
 
 _TRUTH_CHORD_MM = 1e-5
 _SHARES = 5
+_ALIKE_MM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,7 @@ def build_wheel(
     *,
     facet_error_mm: float = 0.001,
     sections: int | None = None,
+    cuts_mm: Sequence[float] = (),
 ) -> Wheel:
     """Turn the generatrix, unite burrs, cut nicks, and state the truth.
 
@@ -88,13 +90,16 @@ def build_wheel(
     sections
         Number of facets round the circumference; from ``facet_error_mm`` when None.
 
+    cuts_mm
+        Positions along the axis at which faces shall end, for finishes that do.
+
     Raises
     ------
     InputError
         When no body can be turned from the outline or a burr does not fit the wheel.
 
     """
-    outline = wheel_outline(spec, chord_error_mm=facet_error_mm)
+    outline = divided(wheel_outline(spec, chord_error_mm=facet_error_mm), cuts_mm)
     exact = wheel_outline(spec, chord_error_mm=_TRUTH_CHORD_MM)
     count = sections or sections_for(float(outline.curve_zr[:, 1].max()), chord_error_mm=facet_error_mm)
     chosen = tuple(spec.burr if burrs is None else burrs)
@@ -131,16 +136,16 @@ def _tool(burr: BurrSpec, outline: Outline, index: int, section_deg: float) -> T
 
 
 def _truth(burr: BurrSpec, tool: Tool, volume_mm3: float, outline: Outline) -> TrueBurr:
-    crest = tool.crest_mm
-    deviation = deviation_mm(crest, outline.curve_zr)
-    inside = deviation < 0.0 if tool.side == "nick" else np.full(len(crest), True)
+    crest, deviation = _crest(tool, outline)
+    there = np.any([_between(tool.position_mm, *ends) for ends in _piece_ends(tool)], axis=0)
+    inside = deviation < 0.0 if tool.side == "nick" else there
     return TrueBurr(
         kind=burr.kind,
         side=tool.side,
         angle_deg=tool.angle_deg,
         z_start_mm=tool.z_start_mm,
         z_end_mm=tool.z_end_mm,
-        height_mm=_height(crest, tool, outline),
+        height_mm=_height(tool, outline),
         width_mm=tool.width_mm,
         length_mm=tool.length_mm,
         area_mm2=volume_mm3 / tool.length_mm,
@@ -148,12 +153,38 @@ def _truth(burr: BurrSpec, tool: Tool, volume_mm3: float, outline: Outline) -> T
         ridge_mm=crest[inside],
         deviation_mm=deviation[inside],
         arc_deg=tool.arc_deg,
+        section="triangle" if isinstance(burr, Nick) else burr.section,
+        position_mm=tool.position_mm[inside],
+        thickness_mm=tool.thickness_mm[inside],
+        pieces_mm=_piece_ends(tool),
     )
 
 
-def _height(crest: Floats, tool: Tool, outline: Outline) -> float:
-    """Largest distance from the outline along the crest, between its stations too."""
-    shares = np.linspace(0.0, 1.0, _SHARES)[:, None, None]
-    dense = np.concatenate(crest[:-1] * (1.0 - shares) + crest[1:] * shares)
-    deviation = deviation_mm(dense, outline.curve_zr)
+def _piece_ends(tool: Tool) -> Floats:
+    """(P, 2) start and end of each piece along the burr."""
+    return np.asarray(tool.position_mm[np.array(tool.pieces)])
+
+
+def _between(positions: Floats, first: float, last: float) -> Bools:
+    return np.asarray((positions >= first) & (positions <= last))
+
+
+def _crest(tool: Tool, outline: Outline) -> tuple[Floats, Floats]:
+    """(N, 3) per station the point of the section that is farthest from the outline, and (N,) how far."""
+    flanks = tool.flanks_mm
+    deviation = deviation_mm(flanks.reshape(-1, 3), outline.curve_zr).reshape(flanks.shape[:2])
+    off = deviation if tool.side == "protrusion" else -deviation
+    # of several alike, as on a flake's flat tip, the middle one
+    alike = off >= off.max(axis=1, keepdims=True) - _ALIKE_MM
+    farthest = np.round(alike @ np.arange(alike.shape[1]) / alike.sum(axis=1)).astype(int)
+    station = np.arange(len(flanks))
+    return flanks[station, farthest], deviation[station, farthest]
+
+
+def _height(tool: Tool, outline: Outline) -> float:
+    """Largest distance from the outline, between the stations too."""
+    flanks, whole = tool.flanks_mm, tool.whole
+    shares = np.linspace(0.0, 1.0, _SHARES)[:, None, None, None]
+    dense = flanks[:-1][whole] * (1.0 - shares) + flanks[1:][whole] * shares
+    deviation = deviation_mm(dense.reshape(-1, 3), outline.curve_zr)
     return float(-deviation.min() if tool.side == "nick" else deviation.max())

@@ -103,17 +103,22 @@ def _carved(
     run = revolve(outline, sections=sections, first=first, count=count)
     closing = caps(outline, count=count) if count < sections else None
     body, body_id = to_manifold(run, closing)
-    solids = {i: to_manifold(loft(tools[i].stations_mm)) for i in here}
+    solids = {i: _solids(tools[i]) for i in here}
     result = body
     for side, operation in (("protrusion", manifold3d.OpType.Add), ("nick", manifold3d.OpType.Subtract)):
-        operands = [solids[i][0] for i in here if tools[i].side == side]
+        operands = [solid for i in here if tools[i].side == side for solid, _ in solids[i]]
         if operands:
             result = manifold3d.Manifold.batch_boolean([result, *operands], operation)
-    owners = {body_id: -1} | {original: i for i, (_, original) in solids.items()}
+    owners = {body_id: -1} | {original: i for i, pieces in solids.items() for _, original in pieces}
     part = _read(result, owners, {i for i in here if tools[i].side == "nick"}, bare_faces=len(run.faces))
     lost = 0 if closing is None else len(closing)
     _check_ends(result, part, lost)
-    return part, [_volume(solids[i][0], body, tools[i]) for i in here]
+    return part, [sum(_volume(solid, body, tools[i]) for solid, _ in solids[i]) for i in here]
+
+
+def _solids(tool: Tool) -> list[tuple[manifold3d.Manifold, int]]:
+    """One solid per piece of a burr, with its id."""
+    return [to_manifold(loft(tool.stations_mm[first : last + 1], tool.smooth)) for first, last in tool.pieces]
 
 
 def _volume(solid: manifold3d.Manifold, body: manifold3d.Manifold, tool: Tool) -> float:

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
+import manifold3d
 import numpy as np
 from numpy.typing import NDArray
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
 from scenes.wheel.solid import Solid
 
-_SPLIT = [[0, 1, 4], [1, 2, 3], [1, 3, 4]]
-_FAN = [[0, 1, 2], [0, 2, 3], [0, 3, 4]]
 _CREASE_COS = np.cos(np.radians(35.0))
 _TWIST_COS = np.cos(np.radians(20.0))
 
 
-def loft(stations_mm: Floats) -> Solid:
+def loft(stations_mm: Floats, smooth: Bools) -> Solid:
     """Join the rings of consecutive stations, and close both ends.
 
     Parameters
     ----------
     stations_mm
-        (N, 5, 3) a ring of apex, base, root, root, base per station: a house with its ridge first,
-        counter-clockwise seen against the direction from station to station. v runs along the stations and u
-        across them. Normals are exact for plane flanks and smooth along the loft where it turns by less than
-        35 degrees from station to station.
+        (N, M, 3) a plane ring per station, counter-clockwise seen against the direction from station to
+        station; it may be concave. v runs along the stations and u across them. Normals are exact for plane
+        flanks, smooth across the ring where it is, and smooth along the loft where it turns by less than 35
+        degrees from station to station.
+    smooth
+        (M,) whether the surface is smooth across that point of the ring; at the others it has an edge.
 
     """
     n, m = stations_mm.shape[:2]
@@ -34,7 +35,7 @@ def loft(stations_mm: Floats) -> Solid:
     # one quadrilateral per station gap and ring side
     quads = np.stack([index[:-1], across[:-1], across[1:], index[1:]], axis=-1)
     corners = stations_mm.reshape(-1, 3)[quads]
-    normals = _smoothed(_quad_normals(corners))
+    normals = _smoothed(_quad_normals(corners), smooth)
     uvs = _quad_uvs(stations_mm)
     index_corners = _triangles(quads)
     corner_normals = _true_to_triangles(_triangles(normals), _triangles(corners))
@@ -50,12 +51,23 @@ def _quad_normals(corners: Floats) -> Floats:
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-300))
 
 
-def _smoothed(normals: Floats) -> Floats:
-    """(N - 1, M, 4, 3) corner normals: averaged with the neighbour along the loft, except over a crease."""
+def _smoothed(normals: Floats, smooth: Bools) -> Floats:
+    """(N - 1, M, 4, 3) corner normals: averaged with the neighbours, except over creases and edges."""
     before = np.concatenate([normals[:1], normals[:-1]])
     after = np.concatenate([normals[1:], normals[-1:]])
     start, end = (_average(normals, other) for other in (before, after))
-    return np.stack([start, start, end, end], axis=2)
+    corners = [
+        _across(ends, smooth, back=back) for ends, back in ((start, 1), (start, -1), (end, -1), (end, 1))
+    ]
+    return np.stack(corners, axis=2)
+
+
+def _across(normals: Floats, smooth: Bools, *, back: int) -> Floats:
+    """Each side's normals at its first (``back`` 1) or last (-1) corner, averaged over smooth points."""
+    joined = smooth if back == 1 else np.roll(smooth, -1)
+    total = normals + np.where(joined[:, None], np.roll(normals, back, axis=1), 0.0)
+    length = np.linalg.norm(total, axis=-1, keepdims=True)
+    return np.asarray(np.where(length > 1e-12, total / np.maximum(length, 1e-12), normals))
 
 
 def _average(normals: Floats, others: Floats) -> Floats:
@@ -90,23 +102,18 @@ def _true_to_triangles(normals: Floats, corners: Floats) -> Floats:
 
 
 def _cap(stations: Floats, index: Ints, *, first: bool) -> tuple[Ints, Floats, Floats]:
-    """The end face: the flap's triangle and the root's quadrilateral; a fan if the flap dips into it."""
+    """The end face, a plane polygon cut into triangles."""
     ring, points = (index[0], stations[0]) if first else (index[-1], stations[-1])
-    flap, root = (_area(points[corners]) for corners in ([0, 1, 4], [1, 2, 3]))
-    local = np.array(_SPLIT if flap @ root > 0.0 else _FAN)
+    normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    normal /= np.linalg.norm(normal)
+    across = points[0] - points[-3]
+    across /= np.linalg.norm(across)
+    plane = np.stack([across, np.cross(normal, across)], axis=1)
+    flat = (points - points[0]) @ plane
     # sides run counter-clockwise seen against the loft's direction: the last face looks along it
-    local = local[:, ::-1] if first else local
-    normal = _area(points[local[1]])
-    normals = np.broadcast_to(normal / np.linalg.norm(normal), (3, 3, 3))
-    across = points[1] - points[4]
-    up = np.cross(normal, across)
-    plane = np.stack([across / np.linalg.norm(across), up / np.linalg.norm(up)], axis=1)
-    uvs = (points[local] - points[0]) @ plane
-    return ring[local], normals, uvs
-
-
-def _area(triangle: Floats) -> Floats:
-    return np.asarray(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0]))
+    local = np.asarray(manifold3d.triangulate([flat], -1.0), np.int64)
+    local, normal = (local[:, ::-1], -normal) if first else (local, normal)
+    return ring[local], np.broadcast_to(normal, (*local.shape, 3)), flat[local]
 
 
 def _from_corners(points: Floats, corner_points: Ints, normals: Floats, uvs: Floats) -> Solid:

@@ -6,7 +6,8 @@ and the outward normal of a segment along (dz, dr) is (-dr, dz).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -87,6 +88,25 @@ def wheel_outline(spec: WheelSpec, *, chord_error_mm: float) -> Outline:
     order = _walking_order(polygon)
     tangents = _tangent_lengths(polygon[order], fillets[order], spec.name, order)
     return _assemble(polygon[order], fillets[order], tangents, chord_error_mm, order)
+
+
+def divided(outline: Outline, cuts_mm: Sequence[float]) -> Outline:
+    """The same outline with its segments cut in two at positions along the axis; O(segments × cuts)."""
+    for cut in cuts_mm:
+        z = np.stack([outline.start_zr[:, 0], outline.end_zr[:, 0]])
+        across = np.flatnonzero((z.min(axis=0) < cut - _SAME_MM) & (z.max(axis=0) > cut + _SAME_MM))
+        share = ((cut - z[0]) / np.where(z[0] == z[1], 1.0, z[1] - z[0]))[across, None]
+        start, end = outline.start_zr[across], outline.end_zr[across]
+        normals = outline.start_normal_zr[across] * (1.0 - share) + outline.end_normal_zr[across] * share
+        at, normals = start + (end - start) * share, _unit(normals)
+        outline = replace(
+            outline,
+            start_zr=np.insert(outline.start_zr, across + 1, at, axis=0),
+            start_normal_zr=np.insert(outline.start_normal_zr, across + 1, normals, axis=0),
+            end_zr=np.insert(outline.end_zr, across, at, axis=0),
+            end_normal_zr=np.insert(outline.end_normal_zr, across, normals, axis=0),
+        )
+    return outline
 
 
 def _check(polygon: Floats, fillets: Floats, name: str) -> None:

@@ -6,49 +6,63 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
+from scenes.wheel.course import course_of, station_step_mm, varying_heights, whole_pieces
 from scenes.wheel.envelope import offset_radius, outer_radius
 from scenes.wheel.outline import Outline
+from scenes.wheel.section import Section, prism, section_of
 from scenes.wheel.spec import AxialRidge, Nick
-from scenes.wheel.tool import OVERLAP_MM, SINK_MM, Tool, varying_heights
+from scenes.wheel.tool import (
+    LONGEST_ONWARD,
+    OVERLAP_MM,
+    SINK_MM,
+    Tool,
+    mean_thickness_mm,
+    piece_stations,
+    ring_smooth,
+)
 from scenes.wheel.truth import deviation_mm
 
 _STATION_MM = 0.25
 _BESIDE_MM = 1e-4
 _LIMIT_MM = 1e-6
-_LONGEST_ONWARD = 0.25
 _REFINEMENTS = 8
 _SHARES = (0.25, 0.5, 0.75)
 _EXCESS_MM = 2e-4
 
 
 def ridge_tool(burr: AxialRidge, outline: Outline) -> Tool:
-    """The solid of a ridge: at each station a triangle of the base width with its apex at the height.
+    """The solid of a ridge: at each station its section, wrapped onto the wheel.
 
     The crest is the curve at the height's distance from the wheel (:func:`offset_radius`), so that the height
-    along the surface normal is exact on cylinders, cones and fillets and never exceeded at steps.
+    along the surface normal is exact on cylinders, cones and fillets and never exceeded at steps. Points
+    below it lie in proportion between the wheel's radius and the crest's.
 
     Raises
     ------
     InputError
-        When the ridge's extent is empty or reaches beyond the wheel.
+        When the ridge's extent is empty or reaches beyond the wheel, or its section is impossible.
 
     """
-    z = _stations(outline, burr.z_start_mm, burr.z_end_mm, kind=burr.kind)
+    step_mm = station_step_mm(burr, _STATION_MM)
+    z = _stations(outline, burr.z_start_mm, burr.z_end_mm, kind=burr.kind, step_mm=step_mm)
     if not np.isfinite(outer_radius(outline, _just_inside(z))).all():
         ends = outline.curve_zr[:, 0]
         raise InputError(
             f"{burr.kind}: z {burr.z_start_mm:g} to {burr.z_end_mm:g} mm reaches beyond the wheel "
             f"({ends.min():g} to {ends.max():g} mm)"
         )
-    z = _refined(z, outline, burr.height_mm)
+    pieces_mm = whole_pieces(burr, burr.z_end_mm - burr.z_start_mm)
+    z = np.union1d(_refined(z, outline, burr.height_mm), burr.z_start_mm + pieces_mm[1:, 0])
+    z = np.union1d(z, burr.z_start_mm + pieces_mm[:-1, 1])
     just_inside = _just_inside(z)
     base = outer_radius(outline, just_inside)
-    heights = varying_heights(z, height_mm=burr.height_mm, variation=burr.height_variation, seed=burr.seed)
-    apex = offset_radius(outline, just_inside, heights)
+    course = course_of(burr, z - z[0], pieces_mm)
+    section = section_of(burr, course)
+    apex = offset_radius(outline, just_inside, course.heights_mm)
     root = _lowest_beside(base) - SINK_MM
-    sideways = heights * np.tan(np.radians(burr.lean_deg))
-    stations = _rings(z, apex, base, root, sideways, half_width=burr.width_mm / 2.0, turn=1.0)
-    return _tool(burr, _turned(stations, burr.angle_deg), width_mm=burr.width_mm, base=base)
+    stations = _rings(z, section, course.heights_mm, apex, base, root, turn=1.0)
+    pieces = piece_stations(z - z[0], pieces_mm)
+    return _tool(burr, _turned(stations, burr.angle_deg), section, z=z, base=base, pieces=pieces)
 
 
 def nick_tool(nick: Nick, outline: Outline) -> Tool:
@@ -60,7 +74,7 @@ def nick_tool(nick: Nick, outline: Outline) -> Tool:
         When the nick's extent is empty or misses the wheel.
 
     """
-    z = _stations(outline, nick.z_start_mm, nick.z_end_mm, kind=nick.kind)
+    z = _stations(outline, nick.z_start_mm, nick.z_end_mm, kind=nick.kind, step_mm=_STATION_MM)
     ends = outline.curve_zr[:, 0].min(), outline.curve_zr[:, 0].max()
     if nick.z_end_mm <= ends[0] or nick.z_start_mm >= ends[1]:
         raise InputError(f"nick: z {nick.z_start_mm:g} to {nick.z_end_mm:g} mm misses the wheel")
@@ -74,17 +88,18 @@ def nick_tool(nick: Nick, outline: Outline) -> Tool:
     half_width = nick.width_mm / 2.0
     # the tool's outer side is a chord: raised by its sagitta it clears the bottom of the flattest nick
     root = -_lowest_beside(-base) + SINK_MM + 2.0 * half_width**2 / base
-    upright = np.zeros_like(z)
     open_z = _run_out(z, base, outline)
-    stations = _rings(open_z, apex, base, root, upright, half_width=half_width, turn=-1.0)
-    return _tool(nick, _turned(stations, nick.angle_deg), width_mm=nick.width_mm, base=base)
+    section = prism(half_width, depths)
+    stations = _rings(open_z, section.reversed(), depths, apex, base, root, turn=-1.0)
+    pieces = ((0, len(z) - 1),)
+    return _tool(nick, _turned(stations, nick.angle_deg), section, z=z, base=base, pieces=pieces)
 
 
-def _stations(outline: Outline, start_mm: float, end_mm: float, *, kind: str) -> Floats:
+def _stations(outline: Outline, start_mm: float, end_mm: float, *, kind: str, step_mm: float) -> Floats:
     """Evenly spaced positions, and a pair close to each sharp step of the outline."""
     if not start_mm < end_mm:
         raise InputError(f"{kind}: z_start_mm {start_mm:g} must be less than z_end_mm {end_mm:g}")
-    even = np.linspace(start_mm, end_mm, int(np.ceil((end_mm - start_mm) / _STATION_MM)) + 1)
+    even = np.linspace(start_mm, end_mm, int(np.ceil((end_mm - start_mm) / step_mm)) + 1)
     corners = outline.vertices_zr[:, 0]
     pairs = np.concatenate([corners - _BESIDE_MM, corners + _BESIDE_MM])
     z = np.unique(np.concatenate([even, pairs[(pairs > start_mm) & (pairs < end_mm)]]))
@@ -131,28 +146,40 @@ def _lowest_beside(values: Floats) -> Floats:
 
 
 def _rings(
-    z: Floats, apex: Floats, base: Floats, root: Floats, sideways: Floats, *, half_width: float, turn: float
+    z: Floats, section: Section, heights: Floats, apex: Floats, base: Floats, root: Floats, *, turn: float
 ) -> Floats:
-    """(N, 5, 3) apex, base, root, root, base about angle 0; ``turn`` keeps the ring's sense for nicks."""
-    if half_width >= base.min():
-        raise InputError(f"a burr {2 * half_width:g} mm wide does not fit a radius of {base.min():g} mm")
-    a = _polar(apex, np.arcsin(np.clip(sideways / apex, -1.0, 1.0)), z)
-    # the flanks pass through the base points on the surface and run on a little
-    onward = np.minimum(OVERLAP_MM / np.abs(apex - base), _LONGEST_ONWARD)
-    sides = []
-    for sign in (turn, -turn):
-        b = _polar(base, np.arcsin(sign * half_width / base), z)
-        b = b + (b - a) * onward[:, None]
-        angle, radius = np.arctan2(b[:, 1], b[:, 0]), np.hypot(b[:, 0], b[:, 1])
-        # a flank so flat that it grazes the surface is led through it
-        through = turn * np.minimum(turn * radius, turn * base - OVERLAP_MM / 2.0)
-        sides.append((_polar(through, angle, z), _polar(root, angle, z)))
-    (b0, c0), (b1, c1) = sides
-    return np.stack([a, b0, c0, c1, b1], axis=1)
+    """(N, K + 2, 3) the section, its ends led through the surface, and the root, about angle 0.
+
+    A nick's section comes reversed, with ``turn`` = -1, which keeps the ring's sense.
+    """
+    x, share = section.points_mm[..., 0], section.points_mm[..., 1] / heights[:, None]
+    widest = float(np.ptp(x[:, [0, -1]], axis=1).max())
+    if widest >= 2.0 * base.min():
+        raise InputError(f"a burr {widest:g} mm wide does not fit a radius of {base.min():g} mm")
+    radius = base[:, None] + (apex - base)[:, None] * share
+    flanks = _polar(radius, np.arcsin(np.clip(x / radius, -1.0, 1.0)), z[:, None])
+    (first, first_root), (last, last_root) = (
+        _led_through(flanks[:, end], flanks[:, beside], radius[:, beside], z, base, root, turn=turn)
+        for end, beside in ((0, 1), (-1, -2))
+    )
+    ring = [first[:, None], flanks[:, 1:-1], last[:, None], last_root[:, None], first_root[:, None]]
+    return np.concatenate(ring, axis=1)
+
+
+def _led_through(
+    end: Floats, beside: Floats, beside_radius: Floats, z: Floats, base: Floats, root: Floats, *, turn: float
+) -> tuple[Floats, Floats]:
+    """The flank's end on the surface run on a little through it, and the root below that."""
+    onward = np.minimum(OVERLAP_MM / np.abs(beside_radius - base), LONGEST_ONWARD)
+    led = end + (end - beside) * onward[:, None]
+    angle, radius = np.arctan2(led[:, 1], led[:, 0]), np.hypot(led[:, 0], led[:, 1])
+    # a flank so flat that it grazes the surface is led through it
+    through = turn * np.minimum(turn * radius, turn * base - OVERLAP_MM / 2.0)
+    return _polar(through, angle, z), _polar(root, angle, z)
 
 
 def _polar(radius: Floats, angle: Floats, z: Floats) -> Floats:
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)
+    return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), z), axis=-1)
 
 
 def _turned(points: Floats, angle_deg: float) -> Floats:
@@ -161,9 +188,22 @@ def _turned(points: Floats, angle_deg: float) -> Floats:
     return np.asarray(points @ rotation)
 
 
-def _tool(burr: AxialRidge | Nick, stations: Floats, *, width_mm: float, base: Floats) -> Tool:
+def _tool(
+    burr: AxialRidge | Nick,
+    stations: Floats,
+    section: Section,
+    *,
+    z: Floats,
+    base: Floats,
+    pieces: tuple[tuple[int, int], ...],
+) -> Tool:
+    width_mm = float(np.ptp(section.points_mm[:, [0, -1], 0], axis=1).max())
     return Tool(
         stations_mm=stations,
+        smooth=ring_smooth(section),
+        pieces=pieces,
+        position_mm=z - z[0],
+        thickness_mm=mean_thickness_mm(section),
         side="nick" if isinstance(burr, Nick) else "protrusion",
         angle_deg=burr.angle_deg,
         z_start_mm=burr.z_start_mm,

@@ -6,9 +6,19 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
+from scenes.wheel.course import THICKEST, course_of, station_step_mm, whole_pieces
 from scenes.wheel.outline import Outline
+from scenes.wheel.section import Section, section_of
 from scenes.wheel.spec import RimBurr
-from scenes.wheel.tool import OVERLAP_MM, SINK_MM, Tool, varying_heights
+from scenes.wheel.tool import (
+    LONGEST_ONWARD,
+    OVERLAP_MM,
+    SINK_MM,
+    Tool,
+    mean_thickness_mm,
+    piece_stations,
+    ring_smooth,
+)
 from scenes.wheel.truth import deviation_mm
 
 _INSET_MM = 0.05
@@ -18,11 +28,12 @@ _EXCESS_MM = 1e-6
 
 
 def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
-    """The solid of a rim burr: a triangle in the (z, r) plane, turned along its arc.
+    """The solid of a rim burr: its section in the (z, r) plane, turned along its arc.
 
     Its base lies on that surface at the edge which faces the burr's direction, from 0.05 mm off the edge (the
     end of its fillet), so that no face of it coincides with the wheel's. The height is along the normal of
-    that surface.
+    that surface, and nothing of the section is farther from the wheel than that. The section's +x is outwards
+    over the edge.
 
     Parameters
     ----------
@@ -40,42 +51,72 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
 
     """
     vertex = _vertex(burr, outline)
-    near, along, normal, direction = _standing_surface(burr, outline, vertex)
-    b_near = near + along * _INSET_MM
-    b_far = b_near + along * burr.width_mm
-    middle = (b_near + b_far) / 2.0
-    angles = _angles(burr, section_deg)
-    arc_mm = np.radians(angles - angles[0]) * middle[1]
-    heights = varying_heights(
-        arc_mm, height_mm=burr.height_mm, variation=burr.height_variation, seed=burr.seed
+    widest_mm = burr.width_mm * (THICKEST if burr.thickness_rms else 1.0)
+    near, along, normal, direction = _standing_surface(burr, outline, vertex, widest_mm)
+    middle = near + along * (_INSET_MM + burr.width_mm / 2.0)
+    length_mm = float(np.radians(burr.arc_deg)) * float(middle[1])
+    pieces_mm = whole_pieces(burr, length_mm)
+    arc_mm = _positions(burr, length_mm, section_deg, pieces_mm)
+    course = course_of(burr, arc_mm, pieces_mm)
+    section = _from_the_edge(section_of(burr, course), burr)
+    flanks = _placed(
+        section, middle, -along, direction / float(direction @ normal), outline, course.heights_mm
     )
-    left = np.array([-normal[1], normal[0]])
-    ends = (b_far, b_near) if along @ left > 0.0 else (b_near, b_far)
-    rises = _rises(middle, direction, float(direction @ normal), heights, outline)
-    rings = _rings(ends, middle, normal, direction * rises[:, None], heights)
-    z = np.array([b_near[0], b_far[0], *rings[:, 0, 0]])
+    rings = _rings(flanks, middle, normal)
+    if _left_handed(rings[0]):
+        rings, section = np.concatenate([rings[:, -3::-1], rings[:, :-3:-1]], axis=1), section.reversed()
+    angles = burr.angle_deg + (arc_mm / length_mm - 0.5) * burr.arc_deg
     return Tool(
         stations_mm=_turned(rings, angles),
+        smooth=ring_smooth(section),
+        pieces=piece_stations(arc_mm, pieces_mm),
+        position_mm=arc_mm,
+        thickness_mm=mean_thickness_mm(section),
         side="protrusion",
         angle_deg=burr.angle_deg,
-        z_start_mm=float(z.min()),
-        z_end_mm=float(z.max()),
-        width_mm=burr.width_mm,
-        length_mm=float(arc_mm[-1]),
+        z_start_mm=float(flanks[..., 0].min()),
+        z_end_mm=float(flanks[..., 0].max()),
+        width_mm=float(np.ptp(section.points_mm[:, [0, -1], 0], axis=1).max()),
+        length_mm=length_mm,
         arc_deg=burr.arc_deg,
     )
 
 
-def _rises(middle: Floats, direction: Floats, facing: float, heights: Floats, outline: Outline) -> Floats:
-    """(N,) how far to go in the direction to be ``heights`` above the surface and no farther."""
-    rises = heights / facing
+def _positions(burr: RimBurr, length_mm: float, section_deg: float, pieces_mm: Floats) -> Floats:
+    """(N,) stations along the arc, the ends of its pieces among them."""
+    step_mm = station_step_mm(burr, length_mm * section_deg / burr.arc_deg)
+    even = np.linspace(0.0, length_mm, max(2, int(np.ceil(length_mm / step_mm)) + 1))
+    return np.union1d(even, np.concatenate([pieces_mm[1:, 0], pieces_mm[:-1, 1]]))
+
+
+def _from_the_edge(section: Section, burr: RimBurr) -> Section:
+    """The section moved so that a base of any width begins where the nominal one does, off the edge."""
+    points = section.points_mm.copy()
+    points[..., 0] += burr.width_mm / 2.0 - points[:, -1:, 0]
+    return Section(points, section.smooth)
+
+
+def _placed(
+    section: Section, middle: Floats, outwards: Floats, rise: Floats, outline: Outline, heights: Floats
+) -> Floats:
+    """(N, K, 2) the section in (z, r), as high as it may be without being farther from the wheel anywhere."""
+    x, y = section.points_mm[..., :1], section.points_mm[..., 1:]
+    share = np.ones(len(heights))
     for _ in range(_STEPS):
-        z, r = (middle + direction * rises[:, None]).T
-        above = deviation_mm(np.stack([r, np.zeros_like(r), z], axis=1), outline.curve_zr)
+        flanks = middle + outwards * x + rise * y * share[:, None, None]
+        z, r = flanks.reshape(-1, 2).T
+        off = deviation_mm(np.stack([r, np.zeros_like(r), z], axis=1), outline.curve_zr)
+        above = off.reshape(flanks.shape[:2]).max(axis=1)
         if (above <= heights + _EXCESS_MM).all():
             break
-        rises = np.where(above > heights, rises * heights / above, rises)
-    return np.asarray(rises)
+        share = np.where(above > heights, share * heights / above, share)
+    return np.asarray(flanks)
+
+
+def _left_handed(ring_zr: Floats) -> bool:
+    """Whether a ring runs clockwise in the (z, r) plane."""
+    z, r = ring_zr.T
+    return bool(np.sum(z * np.roll(r, -1) - np.roll(z, -1) * r) < 0.0)
 
 
 def _vertex(burr: RimBurr, outline: Outline) -> int:
@@ -87,7 +128,9 @@ def _vertex(burr: RimBurr, outline: Outline) -> int:
     return int(np.argmin(np.linalg.norm(outline.vertices_zr - np.array(burr.edge), axis=1)))
 
 
-def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Floats, Floats, Floats, Floats]:
+def _standing_surface(
+    burr: RimBurr, outline: Outline, vertex: int, widest_mm: float
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Where the surface begins at the edge, along it, its outward normal, and the burr's direction."""
     axis = np.array([0.0, 1.0]) if burr.direction == "radial" else np.array([1.0, 0.0])
     edges = np.stack([outline.edge_after[vertex], outline.edge_before[vertex]])
@@ -104,10 +147,8 @@ def _standing_surface(burr: RimBurr, outline: Outline, vertex: int) -> tuple[Flo
         raise InputError(f"{where} has no surface that faces the {burr.direction} direction")
     along = edges[which, 1] - edges[which, 0]
     length = float(np.linalg.norm(along))
-    if length < burr.width_mm + _INSET_MM:
-        raise InputError(
-            f"{where}: a base {burr.width_mm:g} mm wide does not fit a surface {length:.3g} mm long"
-        )
+    if length < widest_mm + _INSET_MM:
+        raise InputError(f"{where}: a base {widest_mm:g} mm wide does not fit a surface {length:.3g} mm long")
     return edges[which, 0], along / length, normals[which], axis * np.sign(facing[which])
 
 
@@ -115,21 +156,18 @@ def _turn(before: Floats, after: Floats) -> float:
     return float(before[0] * after[1] - before[1] * after[0])
 
 
-def _angles(burr: RimBurr, section_deg: float) -> Floats:
-    count = max(2, int(np.ceil(burr.arc_deg / section_deg)) + 1)
-    half = burr.arc_deg / 2.0
-    return np.linspace(burr.angle_deg - half, burr.angle_deg + half, count)
-
-
-def _rings(
-    ends: tuple[Floats, Floats], middle: Floats, normal: Floats, rise: Floats, heights: Floats
-) -> Floats:
-    """(N, 5, 2) apex, base, root, root, base in (z, r), counter-clockwise."""
-    apex = middle + rise
-    onward = (OVERLAP_MM / heights)[:, None]
-    bases = [end + (end - apex) * onward for end in ends]
-    roots = [np.broadcast_to((end + middle) / 2.0 - normal * SINK_MM, apex.shape) for end in ends]
-    return np.stack([apex, bases[0], roots[0], roots[1], bases[1]], axis=1)
+def _rings(flanks: Floats, middle: Floats, normal: Floats) -> Floats:
+    """(N, K + 2, 2) the section in (z, r), its ends led on through the surface, and the root."""
+    led, roots = [], []
+    for end, beside in ((0, 1), (-1, -2)):
+        steep = (flanks[:, beside] - flanks[:, end]) @ normal
+        onward = np.minimum(OVERLAP_MM / np.maximum(steep, 1e-12), LONGEST_ONWARD)[:, None]
+        b = flanks[:, end] + (flanks[:, end] - flanks[:, beside]) * onward
+        missing = np.maximum((b - flanks[:, end]) @ normal + OVERLAP_MM / 2.0, 0.0)
+        led.append(b - normal * missing[:, None])
+        roots.append((flanks[:, end] + middle) / 2.0 - normal * SINK_MM)
+    ring = [led[0][:, None], flanks[:, 1:-1], led[1][:, None], roots[1][:, None], roots[0][:, None]]
+    return np.concatenate(ring, axis=1)
 
 
 def _turned(rings_zr: Floats, angles_deg: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What every burr becomes before it meets the wheel: a lofted solid and what is known of it exactly."""
+"""What every burr becomes before it meets the wheel: lofted solids and what is known of them exactly."""
 
 from __future__ import annotations
 
@@ -6,25 +6,36 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
-from burrscan.arrays import Floats, freeze
+from burrscan.arrays import Bools, Floats, freeze
+from scenes.wheel.section import Section
 
 SINK_MM = 0.2
 """How far a burr's root reaches into the wheel (a nick's tool out of it), so that the boolean is robust."""
 OVERLAP_MM = 0.02
 """How far the flanks run on through the surface before they turn to the root."""
-_KNOT_MM = 4.0
+
+LONGEST_ONWARD = 0.25
+"""At most this share of the flank's last stretch: where it is short or flat it is led through instead."""
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A solid to unite with the wheel or to cut from it.
+    """Solids to unite with the wheel or to cut from it: the pieces of one burr.
 
     Parameters
     ----------
     stations_mm
-        (N, 5, 3) rings for :func:`scenes.wheel.loft.loft`.
+        (N, K + 2, 3) rings for :func:`scenes.wheel.loft.loft`: the K points of the section, its ends led on
+        through the surface, then the two points of the root.
+    smooth
+        (K + 2,) whether the surface is smooth across that point of the ring.
+    pieces
+        (P, 2) first and last station of each piece.
+    position_mm
+        (N,) of each station along the burr.
+    thickness_mm
+        (N,) mean thickness: the section's area over its height.
     side
         ``protrusion`` is united, ``nick`` cut.
     angle_deg, z_start_mm, z_end_mm, width_mm, length_mm
@@ -35,6 +46,10 @@ class Tool:
     """
 
     stations_mm: Floats
+    smooth: Bools
+    pieces: tuple[tuple[int, int], ...]
+    position_mm: Floats
+    thickness_mm: Floats
     side: Literal["protrusion", "nick"]
     angle_deg: float
     z_start_mm: float
@@ -44,24 +59,32 @@ class Tool:
     arc_deg: float
 
     def __post_init__(self) -> None:
-        freeze(self, stations_mm=self.stations_mm)
+        freeze(self, stations_mm=self.stations_mm, smooth=self.smooth)
+        freeze(self, position_mm=self.position_mm, thickness_mm=self.thickness_mm)
 
     @property
-    def crest_mm(self) -> Floats:
-        """(N, 3) its crest, or a nick's bottom line."""
-        return self.stations_mm[:, 0]
+    def flanks_mm(self) -> Floats:
+        """(N, K - 2, 3) the section's points off the surface: crest or bottom is one of them."""
+        return self.stations_mm[:, 1:-3]
+
+    @property
+    def whole(self) -> Bools:
+        """(N - 1,) whether there is material between each station and the next."""
+        gaps = np.arange(len(self.stations_mm) - 1)
+        return np.asarray(np.any([(gaps >= first) & (gaps < last) for first, last in self.pieces], axis=0))
 
 
-def varying_heights(positions_mm: Floats, *, height_mm: float, variation: float, seed: int) -> Floats:
-    """(N,) heights along a burr: smooth, pseudo-random, the largest exactly ``height_mm``.
+def ring_smooth(section: Section) -> Bools:
+    """(K + 2,) the smooth points of a ring: the section's; its root has edges."""
+    return np.concatenate([section.smooth, [False, False]])
 
-    Random knots 4 mm apart, joined monotonically (Fritsch & Carlson 1980), fill the span from
-    ``height_mm * (1 - variation)`` to ``height_mm``.
-    """
-    span = float(positions_mm[-1] - positions_mm[0])
-    knots = max(4, int(np.ceil(span / _KNOT_MM)) + 1)
-    values = np.random.default_rng(seed).uniform(size=knots)
-    course = PchipInterpolator(np.linspace(positions_mm[0], positions_mm[-1], knots), values)(positions_mm)
-    course = (course - course.min()) / max(float(np.ptp(course)), 1e-12)
-    course = course if variation > 0.0 else np.ones_like(course)
-    return np.asarray(height_mm * (1.0 - variation * (1.0 - course)))
+
+def mean_thickness_mm(section: Section) -> Floats:
+    """(N,) the area of the section over its height."""
+    return np.asarray(section.areas_mm2() / np.abs(section.points_mm[..., 1]).max(axis=1))
+
+
+def piece_stations(positions_mm: Floats, pieces_mm: Floats) -> tuple[tuple[int, int], ...]:
+    """First and last station of each piece, of stations that hold the pieces' ends."""
+    ends = np.searchsorted(positions_mm, pieces_mm - 1e-9)
+    return tuple((int(first), int(last)) for first, last in ends)

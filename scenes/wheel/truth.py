@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -49,6 +49,14 @@ class TrueBurr:
         (N,) signed distance of those points from the ideal outline.
     arc_deg
         Angular extent.
+    section
+        Shape of its cross-section, as in :class:`scenes.wheel.spec.Shape`.
+    position_mm
+        (N,) where along the burr, from its start, the points of ``ridge_mm`` are.
+    thickness_mm
+        (N,) mean thickness there: the section's area over its height.
+    pieces_mm
+        (P, 2) start and end along the burr of each piece; between pieces it is torn off.
 
     """
 
@@ -65,9 +73,28 @@ class TrueBurr:
     ridge_mm: Floats
     deviation_mm: Floats
     arc_deg: float
+    section: str = "triangle"
+    position_mm: Floats = field(default_factory=lambda: np.zeros(0))
+    thickness_mm: Floats = field(default_factory=lambda: np.zeros(0))
+    pieces_mm: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         freeze(self, ridge_mm=self.ridge_mm, deviation_mm=self.deviation_mm)
+        freeze(self, position_mm=self.position_mm, thickness_mm=self.thickness_mm, pieces_mm=self.pieces_mm)
+
+    @property
+    def torn_share(self) -> float:
+        """Share of the length that is torn off."""
+        return (
+            1.0 - float(np.ptp(self.pieces_mm, axis=1).sum()) / self.length_mm if len(self.pieces_mm) else 0.0
+        )
+
+    def height_at(self, position_mm: Floats) -> Floats:
+        """(M,) height or depth at positions along the burr, mm; 0 where it is torn off or ended. O(M P)."""
+        position = np.asarray(position_mm, float)
+        heights = np.interp(position, self.position_mm, np.abs(self.deviation_mm))
+        there = [(position >= start) & (position <= end) for start, end in self.pieces_mm]
+        return np.where(np.any(there, axis=0), heights, 0.0)
 
 
 def deviation_mm(points_mm: Floats, generatrix_zr_mm: Floats) -> Floats:

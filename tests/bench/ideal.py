@@ -91,6 +91,7 @@ def truth(*burrs: TrueBurr) -> Truth:
         wheel=wheel, rig=RIG, T_part_camera=T_PART_CAMERA, points_mm=to_camera(part), u_px=u, v_px=u,
         u_response_px=u, v_response_px=u, direct=light, indirect=0.0 * light,
         sigma_limit_px=0.1 + 0.0 * light, measurable=light > 0.0, burr_index=index,
+        blemish_index=np.full_like(index, -1),
     )  # fmt: skip
 
 

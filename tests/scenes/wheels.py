@@ -51,3 +51,22 @@ def sampled_points(wheel: Wheel, faces: Ints, *, per_face: int, seed: int = 0) -
     shares = rng.dirichlet([1.0, 1.0, 1.0], size=(len(faces), per_face))
     points: Floats = np.einsum("fpc,fci->fpi", shares, wheel.vertices_mm[wheel.faces[faces]])
     return points.reshape(-1, 3)
+
+
+def radii_met(wheel: Wheel, angle_rad: float, z_mm: float) -> Floats:
+    """Radii at which a radial ray meets the surface, from outside inwards, by Möller and Trumbore's test."""
+    outwards = np.array([np.cos(angle_rad), np.sin(angle_rad), 0.0])
+    corners = wheel.vertices_mm[wheel.faces]
+    near = (corners[..., 2].min(axis=1) <= z_mm) & (corners[..., 2].max(axis=1) >= z_mm)
+    near &= (corners @ outwards).max(axis=1) > 0.0
+    a, b, c = corners[near].transpose(1, 0, 2)
+    start = 200.0 * outwards + np.array([0.0, 0.0, z_mm])
+    across = np.cross(-outwards, c - a)
+    determinant = np.einsum("ij,ij->i", b - a, across)
+    determinant[determinant == 0.0] = np.inf
+    u = np.einsum("ij,ij->i", start - a, across) / determinant
+    other = np.cross(start - a, b - a)
+    v = other @ -outwards / determinant
+    met = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & np.isfinite(determinant)
+    way = np.einsum("ij,ij->i", c - a, other)[met] / determinant[met]
+    return np.asarray(np.sort(200.0 - way)[::-1])
