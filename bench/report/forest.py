@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from bench.compare.result import ArmComparison, Row
-from bench.compare.rows import FOUND
-from bench.compare.text import SIGNS, number, p_value
+from bench.compare.text import SIGNS, number
 
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0
@@ -62,7 +61,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     """Each note once, with the metrics that it is about."""
     titles: dict[str, list[str]] = {}
     for row in rows:
-        if row.note and row.metric != FOUND:  # of burrs, McNemar's test says more
+        if row.note:
             titles.setdefault(row.note, []).append(row.title)
     return tuple(f"{', '.join(names)}: {note}." for note, names in titles.items())
 
@@ -88,15 +87,13 @@ def _row(row: Row, reach: float) -> ForestRow:
 
 
 def by_every_case(row: Row) -> bool:
-    """Whether the verdict stands on all cases going one way by more than the margin, not on the interval."""
-    return row.verdict in {"worse", "better"} and row.verdict == row.every and not row.seen
+    """Whether there are too few scenes for a verdict, but all cases went one way by more than the margin."""
+    return row.verdict == "inconclusive" and bool(row.every)
 
 
 def _aside(row: Row) -> str:
     if by_every_case(row):
-        return "in every case"
-    if row.verdict == "inconclusive" and (row.low > 0.0 or row.high < 0.0):
-        return f"corrected p {p_value(row.p_holm)}"
+        return f"{row.every} in every case"
     return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
 
 

@@ -27,10 +27,18 @@ class Change:
 def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
     """The gated metrics that are worse, then those that are better, the most margins first."""
     found = [
-        (arm, row) for arm in arms for row in arm.rows if row.gated and row.verdict in {"worse", "better"}
+        (arm, row)
+        for arm in arms
+        for row in arm.rows
+        if row.gated and (row.verdict in {"worse", "better"} or by_every_case(row))
     ]
-    found.sort(key=lambda item: (item[1].verdict != "worse", -_margins(item[1])))
+    found.sort(key=lambda item: (_way(item[1]) != "worse", -_margins(item[1])))
     return tuple(_change(row, arm.new if len(arms) > 1 else "") for arm, row in found[:_MOST])
+
+
+def _way(row: Row) -> str:
+    """Which way it went: for other scenes, or else in every case here."""
+    return row.every if by_every_case(row) else row.verdict
 
 
 def _margins(row: Row) -> float:
@@ -41,9 +49,9 @@ def _change(row: Row, arm: str) -> Change:
     return Change(
         arm,
         within(row.title),
-        row.verdict,
+        _way(row),
         shown(row.difference, row.unit, sign=True),
-        shown_unit(row.unit),
+        "points" if row.unit == "1" else shown_unit(row.unit),
         _sure(row),
     )
 
@@ -52,7 +60,7 @@ def _sure(row: Row) -> str:
     if by_every_case(row):
         return f"in all {row.pairs} cases"
     low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
-    return f"95 %: {low} to {high}" if row.low < row.high else ""
+    return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""
 
 
 def ranking(arms: Sequence[ArmComparison]) -> str:

@@ -44,7 +44,7 @@ def written_run(folder: Path, *, change: Change = lambda _, metrics: metrics, **
     }
     suite = suite_from(document, source="test")
     cases = [
-        Case(f"finish={f},seed={s}", {"finish": f, "seed": s}, s, {}, f"hash-{f}-{s}", f"identity-{f}-{s}")
+        Case(f"finish={f},seed={s}", {"finish": f, "seed": s}, s, {}, f"hash-{f}", f"identity-{f}-{s}")
         for f in FINISHES
         for s in (0, 1)
     ]
