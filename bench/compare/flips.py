@@ -58,6 +58,11 @@ class FlipTest:
     scenes: int
     drawn: int = 0
 
+    @property
+    def speaks(self) -> bool:
+        """Whether any scene differs at all."""
+        return bool(np.any(self.ordered != 0.0))
+
     def p(self, centre: float = 0.0) -> float:
         """Two-sided p-value of ``centre``; NaN without scenes. O(log N)."""
         if not self.scenes:

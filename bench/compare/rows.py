@@ -54,7 +54,7 @@ def metric_row(pairing: Pairing, name: str, *, margin: float, gated: bool, teste
         worse_cases=worse,
         better_cases=better,
         every=every(pairing, new - base, margin=margin, higher=higher),
-        note=_note(pairs, len(pairing.base), scenes, test, margin),
+        note=_note(pairs, len(pairing.base), scenes, test, margin) or _unmoved(pairing, name, scenes),
     )
     return Draft(row, test)
 
@@ -111,6 +111,14 @@ def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Draft:
             note=why,
         )
     )
+
+
+def _unmoved(pairing: Pairing, name: str, scenes: Floats) -> str:
+    """What few burrs cannot tell: none lost of n leaves up to 3/n (Hanley and Lippman-Hand, JAMA 249, 1983)."""
+    count = sum(len(record.burrs) for record in pairing.base)
+    if name != FOUND or not count or np.any(scenes):
+        return ""
+    return f"none of {count} burrs changed sides; of other burrs up to {min(300.0 / count, 100.0):.2g} % may"
 
 
 def _values(pairing: Pairing, name: str, margin: float) -> tuple[Floats, Floats]:

@@ -62,19 +62,25 @@ def judged(drafts: Sequence[Draft]) -> list[Row]:
     """Rows with intervals and verdicts. The metrics that a margin gates are one family for Holm's correction.
 
     Each is tested at the level where Holm's procedure tests it, and its interval is that very test turned
-    round at that very level. Rows that a fact has settled, or that cannot be compared, are no tests.
+    round at that very level. Rows that a fact has settled, or that cannot be compared, are no tests. Nor are
+    those in which no scene differs: no choice of signs could reject there (Tarone, Biometrics 46, 1990).
     """
-    family = [draft.test.p() for draft in drafts if draft.test and draft.test.scenes and draft.row.tested]
+    family = [draft.test.p() for draft in drafts if draft.row.tested and draft.test and draft.test.speaks]
     p_values = np.array(family, dtype=float)
     corrected = iter(zip(holm(p_values), holm_levels(p_values, ALPHA), strict=True))
     rows = []
     for draft in drafts:
-        if draft.test is None or not draft.test.scenes:
-            rows.append(draft.row)
+        if draft.test is None or not draft.test.speaks:
+            rows.append(_unmoved(draft.row) if draft.test and draft.test.scenes else draft.row)
             continue
         p_holm, level = next(corrected) if draft.row.tested else (draft.test.p(), ALPHA)
         rows.append(_judged(draft, draft.test, float(p_holm), float(level)))
     return rows
+
+
+def _unmoved(row: Row) -> Row:
+    """A metric that is the same in every scene."""
+    return replace(row, low=0.0, high=0.0, p=1.0, p_holm=1.0, verdict="equivalent")
 
 
 def _judged(draft: Draft, test: FlipTest, p_holm: float, level: float) -> Row:

@@ -33,7 +33,7 @@ Change = Callable[[int, dict[str, float]], Mapping[str, float]]
 
 
 def written_run(folder: Path, *, change: Change = lambda _, metrics: metrics, **keys: Any) -> Run:
-    """A run of eight scenes with two seeds; ``change`` gets a case's number and metrics."""
+    """A run of eight finishes with two seeds, 16 scenes; ``change`` gets a case's number and metrics."""
     document = {
         "name": "tiny",
         "scene": {},
@@ -44,7 +44,7 @@ def written_run(folder: Path, *, change: Change = lambda _, metrics: metrics, **
     }
     suite = suite_from(document, source="test")
     cases = [
-        Case(f"finish={f},seed={s}", {"finish": f, "seed": s}, s, {}, f"hash-{f}", f"identity-{f}-{s}")
+        Case(f"finish={f},seed={s}", {"finish": f, "seed": s}, s, {}, f"hash-{f}-{s}", f"identity-{f}-{s}")
         for f in FINISHES
         for s in (0, 1)
     ]
@@ -81,3 +81,9 @@ def with_failure(run: Run, number: int) -> Run:
         failure=Failure("pipeline", "ValueError: no light", "trace"),
     )
     return replace(run, records=(*run.records[:number], record, *run.records[number + 1 :]))
+
+
+def with_plain_seeds(run: Run) -> Run:
+    """The run with seeds that draw noise alone: eight scenes."""
+    records = tuple(replace(r, scene_hash=f"hash-{r.parameters['finish']}") for r in run.records)
+    return replace(run, records=records)
