@@ -1,7 +1,7 @@
 """What happened on these very cases: burrs lost and gained by name, cases that went one way.
 
-With the same scene, light and noise in both arms nothing but the change under test made the difference: each of
-these is a fact, whatever may hold for other scenes.
+With the same scene, light and noise in both arms nothing but the change under test made the difference: each
+of these is a fact, whatever may hold for other scenes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Exact paired tests by flipping signs, and the intervals that are these tests turned round.
 
-If a change makes no difference beyond ``centre``, the sign of every scene's ``difference - centre`` is as good
-as drawn by lot. A test counts how many of all choices of signs are as one-sided as what was seen. Both tests
-here come down to counting which of some sorted numbers lie on one side of ``centre``, so every centre that a
+If a change makes no difference beyond ``centre``, the sign of every scene's ``difference - centre`` is as
+good as drawn by lot. A test counts how many of all choices of signs are as one-sided as what was seen. Both
+tests here come down to counting which of some sorted numbers lie on one side of ``centre``, so every centre that a
 test does not reject lies between two of these numbers: that is the interval, and it can never contradict
 the test.
 
@@ -135,7 +135,7 @@ def _all_means(scenes: Floats) -> Floats:
 
 
 def _drawn_means(scenes: Floats) -> Floats:
-    """Means of subsets drawn; an empty one, which never counts as one-sided, is on neither side of nothing."""
+    """Means of subsets drawn; an empty one stands for the signs as they were seen: the mean of all."""
     parts = []
     for chunk in _subsets(len(scenes)):
         sizes = chunk.sum(axis=1)

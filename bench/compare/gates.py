@@ -100,5 +100,3 @@ def _own_value(new: Arm, metric: str) -> float:
 
 def _outcome(row: Row, kind: GateKind, state: GateState, said: str) -> GateOutcome:
     return GateOutcome(row.metric, row.title, kind, state, said)
-
-

@@ -24,9 +24,9 @@ def holm(p_values: Floats) -> Floats:
 def holm_levels(p_values: Floats, alpha: float) -> Floats:
     """The level (N,) at which Holm's procedure tests each: a p-value at most its level is rejected.
 
-    The smallest p-value is tested at ``alpha / N``, the next at ``alpha / (N - 1)``, and so on until one is not
-    rejected; that one and all that are larger keep its level. An interval of level ``1 - level`` therefore
-    leaves out zero just where Holm rejects. O(N log N).
+    The smallest p-value is tested at ``alpha / N``, the next at ``alpha / (N - 1)``, and so on until one is
+    not rejected; that one and all that are larger keep its level. An interval of level ``1 - level``
+    therefore leaves out zero just where Holm rejects. O(N log N).
 
     Parameters
     ----------

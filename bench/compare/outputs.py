@@ -12,12 +12,12 @@ from dataclasses import asdict
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from bench.compare.result import ArmComparison, Comparison, GateOutcome, Row
+from bench.compare.result import ArmComparison, Comparison, GateOutcome
 from bench.compare.text import HEADS, cells, remarks
 
 LEGEND = (
-    "These cases: how many went which way by more than the margin; with the same noise in both arms each is a "
-    "fact. Difference = new − baseline: the mean one for shares and counts, the typical one (Hodges and "
+    "These cases: how many went which way by more than the margin; with the same noise in both arms each is "
+    "a fact. Difference = new − baseline: the mean one for shares and counts, the typical one (Hodges and "
     "Lehmann) for errors. Its interval is the sign-flip or signed-rank test over scenes turned round, at the "
     "level in brackets, Holm's step for all gated metrics included. Equivalent: the interval lies within the "
     "margin. Worse, better: else, if zero is outside it. Metrics marked · are not gated."
@@ -114,7 +114,7 @@ _COLUMNS = (
 
 
 def to_csv(comparison: Comparison) -> str:
-    """One line per metric and variant, numbers in full and in the records' units; what is not finite is empty."""
+    """One line per metric and variant, numbers in full, units as in the records; not finite is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["baseline", "new", *_COLUMNS])
@@ -129,7 +129,7 @@ def _cell(value: Any) -> Any:
 
 
 def latex(comparison: Comparison) -> str:
-    """One ``tabular`` per variant, for ``\\input``; it needs the package booktabs and no other."""
+    r"""One ``tabular`` per variant, for ``\input``; it needs the package booktabs and no other."""
     return "\n".join(line for arm in comparison.arms for line in _tabular(arm))
 
 

@@ -94,7 +94,7 @@ class Row:
 
 @dataclass(frozen=True)
 class BurrChange:
-    """A true burr that one arm found and the other did not: its case, its number there from 1, and its kind."""
+    """A true burr that one arm alone found: its case, its number there from 1, and its kind."""
 
     case: str
     number: int

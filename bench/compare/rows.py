@@ -114,7 +114,7 @@ def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Draft:
 
 
 def _unmoved(pairing: Pairing, name: str, scenes: Floats) -> str:
-    """What few burrs cannot tell: none lost of n leaves up to 3/n (Hanley and Lippman-Hand, JAMA 249, 1983)."""
+    """What few burrs cannot tell: none of n leaves up to 3/n (Hanley and Lippman-Hand, JAMA 249, 1983)."""
     count = sum(len(record.burrs) for record in pairing.base)
     if name != FOUND or not count or np.any(scenes):
         return ""

@@ -31,8 +31,8 @@ class Draft:
 def decide(low: float, high: float, *, margin: float, better: Literal["higher", "lower"]) -> Verdict:
     """The verdict on a difference, new minus base; the interval alone says it.
 
-    - *equivalent*: the whole interval lies within the margin. A difference may be certain and yet too small to
-      matter; then this is still the word for it.
+    - *equivalent*: the whole interval lies within the margin. A difference may be certain and yet too small
+      to matter; then this is still the word for it.
     - *worse*, *better*: else, when zero is outside the interval.
     - *inconclusive*: else. More scenes would tell.
 

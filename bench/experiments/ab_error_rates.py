@@ -28,8 +28,8 @@ SIZES = (1.0, 0.5)
 """Planted changes, in margins."""
 
 _BY_LOT = (FOUND, CALLS)
-"""What is planted by lot, so that it is worth a look without other noise as well: any other change is then one
-number in every scene, and seen for certain."""
+"""What is planted by lot, so that it is worth a look without other noise as well: any other change is then
+one number in every scene, and seen for certain."""
 
 Plant = Callable[[Run, np.random.Generator], Run]
 

@@ -1,8 +1,8 @@
 """Made-up runs that vary like real ones: no rendering, known differences.
 
-A scene is drawn from the real ones of ``repeats.csv`` (:mod:`bench.experiments.repeats`), with replacement, and
-each arm gets one of its real looks with *all* of that look's metrics and burrs. So heavy tails, ties, whole
-numbers and what goes together are those of real records; no distribution is assumed.
+A scene is drawn from the real ones of ``repeats.csv`` (:mod:`bench.experiments.repeats`), with replacement,
+and each arm gets one of its real looks with *all* of that look's metrics and burrs. So heavy tails, ties,
+whole numbers and what goes together are those of real records; no distribution is assumed.
 """
 
 from __future__ import annotations

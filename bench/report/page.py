@@ -13,7 +13,7 @@ import jinja2
 from markupsafe import Markup
 
 from bench.compare import Comparison, compare_runs
-from bench.compare.margins import FAILURES, gates_of
+from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.result import ArmComparison
 from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
@@ -100,7 +100,8 @@ def _packed(words: str) -> str:
 
 def _run_content(run: Run) -> dict[str, Any]:
     panel = Panel("", sides_of(run), _arms(run))
-    margins = {name: margin for name, margin in gates_of(run.suite, {}).items() if name != FAILURES}
+    gates = gates_of(run.suite, {})
+    margins = {name: margin_of(name, own=gate.margin) for name, gate in gates.items() if name != FAILURES}
     return {
         "kicker": "run",
         "title": run.suite.title or run.suite.name,

@@ -56,8 +56,8 @@ class Gate:
         Inference: what the paired differences mean for other scenes. Differences up to this do not matter, in
         the metric's unit. Where no key is given it is the usual margin (:mod:`bench.compare.margins`).
     lost
-        A fact: at most so many burrs may be lost (``burr_found``), or so many cases get worse by more than the
-        margin (any other metric). It is one where both arms saw the same noise.
+        A fact: at most so many burrs may be lost (``burr_found``), or so many cases get worse by more than
+        the margin (any other metric). It is one where both arms saw the same noise.
     floor, ceiling
         The new run's own value, as the score table shows it, may not be below, or above.
 
