@@ -2,9 +2,9 @@
 
 If a change makes no difference beyond ``centre``, the sign of every scene's ``difference - centre`` is as
 good as drawn by lot. A test counts how many of all choices of signs are as one-sided as what was seen. Both
-tests here come down to counting which of some sorted numbers lie on one side of ``centre``, so every centre that a
-test does not reject lies between two of these numbers: that is the interval, and it can never contradict
-the test.
+tests here come down to counting which of some sorted numbers lie on one side of ``centre``, so every centre
+that a test does not reject lies between two of these numbers: that is the interval, and it can never
+contradict the test.
 
 Fisher, The Design of Experiments (1935), section 21; Hartigan, Using subsample values as typical values,
 J. Am. Stat. Assoc. 64 (1969); Hodges and Lehmann, Estimates of location based on rank tests, Ann. Math.

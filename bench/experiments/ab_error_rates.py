@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.compare import compare_runs
+from bench.compare import Comparison, compare_runs
 from bench.compare.margins import MARGINS
 from bench.experiments.synthetic import CALLS, FOUND, NAMES, alike, blinded, planted
 from bench.run.directory import Run
@@ -39,8 +39,9 @@ def main() -> None:
     comparisons = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     scenes = int(sys.argv[2]) if len(sys.argv) > 2 else 24
     print(f"{scenes} scenes, {comparisons} comparisons each; other noise in the second arm, the same noise")
-    false = [false_verdicts(comparisons, scenes=scenes, same_noise=same) for same in (False, True)]
-    print(f"{'A/A, any false verdict':<34}", *(f"{count / comparisons:7.3f}" for count in false), flush=True)
+    for name, count in (("A/A, any false verdict", false_verdicts), ("A/A, any 'a little' as well", false_seen)):
+        false = [count(comparisons, scenes=scenes, same_noise=same) for same in (False, True)]
+        print(f"{name:<34}", *(f"{number / comparisons:7.3f}" for number in false), flush=True)
     for name, metric, plant in plants():
         shares = [
             seen(comparisons, metric, plant, scenes=scenes, same_noise=same) / comparisons
@@ -70,13 +71,23 @@ def _planting(name: str, amount: float) -> Plant:
 
 def false_verdicts(comparisons: int, *, scenes: int, same_noise: bool = False) -> int:
     """A/A comparisons in which any gated metric is called worse or better, or any gate broke."""
-    count = 0
+    told = _alike(comparisons, scenes=scenes, same_noise=same_noise)
+    return sum(
+        one.worse or any(row.verdict in {"worse", "better"} for row in one.arms[0].rows if row.gated)
+        for one in told
+    )
+
+
+def false_seen(comparisons: int, *, scenes: int, same_noise: bool = False) -> int:
+    """A/A comparisons in which the interval of any gated metric leaves out zero, within its margin or not."""
+    told = _alike(comparisons, scenes=scenes, same_noise=same_noise)
+    return sum(any(row.seen for row in one.arms[0].rows if row.gated) for one in told)
+
+
+def _alike(comparisons: int, *, scenes: int, same_noise: bool) -> Iterator[Comparison]:
     for number in range(comparisons):
         random = np.random.default_rng((number, scenes))
-        told = compare_runs(*alike(random, scenes=scenes, same_noise=same_noise))
-        rows = [row for arm in told.arms for row in arm.rows if row.gated]
-        count += told.worse or any(row.verdict in {"worse", "better"} for row in rows)
-    return count
+        yield compare_runs(*alike(random, scenes=scenes, same_noise=same_noise))
 
 
 def seen(comparisons: int, metric: str, plant: Plant, *, scenes: int, same_noise: bool = False) -> int:
