@@ -39,7 +39,10 @@ def main() -> None:
     comparisons = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     scenes = int(sys.argv[2]) if len(sys.argv) > 2 else 24
     print(f"{scenes} scenes, {comparisons} comparisons each; other noise in the second arm, the same noise")
-    for name, count in (("A/A, any false verdict", false_verdicts), ("A/A, any 'a little' as well", false_seen)):
+    for name, count in (
+        ("A/A, any false verdict", false_verdicts),
+        ("A/A, any 'a little' as well", false_seen),
+    ):
         false = [count(comparisons, scenes=scenes, same_noise=same) for same in (False, True)]
         print(f"{name:<34}", *(f"{number / comparisons:7.3f}" for number in false), flush=True)
     for name, metric, plant in plants():

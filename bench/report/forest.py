@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
-from bench.compare.text import SIGNS, number
+from bench.compare.text import SIGNS, here, number
 
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0
@@ -26,10 +27,12 @@ class ForestRow:
     title: str
     unit: str
     gated: bool
+    typical: str
     margin: str
     base: str
     new: str
     difference: str
+    here: str
     interval: str
     verdict: str
     css: str
@@ -71,11 +74,14 @@ def _row(row: Row, reach: float) -> ForestRow:
         title=row.title,
         unit=shown_unit(row.unit),
         gated=row.gated,
-        margin=f"±{shown(row.margin, row.unit)}",
+        typical="" if row.metric == FAILURES else row.typical,
+        margin=f"±{shown(row.margin, row.unit)}{points(row.unit)}",
         base=shown(row.base, row.unit),
         new=shown(row.new, row.unit),
-        difference=shown(row.difference, row.unit, sign=True),
+        difference=f"{shown(row.difference, row.unit, sign=True)}{points(row.unit)}",
+        here=here(row),
         interval=f"{shown(row.low, row.unit, sign=True)} to {shown(row.high, row.unit, sign=True)}"
+        f" ({100 * row.level:.3g} %)"
         if math.isfinite(row.low) and row.low < row.high
         else "",
         verdict=row.verdict,
@@ -103,7 +109,7 @@ def shown(value: float, unit: str, *, sign: bool = False) -> str:
 
 
 def signed(text: str, *, sign: bool) -> str:
-    """A number's text with a true minus, a plus where signs are wanted; nought has neither."""
+    """A number's text with a true minus, a plus where signs are wanted; zero has neither."""
     if not any(digit in "123456789" for digit in text):
         return text.removeprefix("-") if any(letter.isdigit() for letter in text) else text
     return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
@@ -114,8 +120,13 @@ def shown_unit(unit: str) -> str:
     return {"1": "%", "count": ""}.get(unit, unit)
 
 
+def points(unit: str) -> str:
+    """What a difference of shares is in, after the number; nothing for other units."""
+    return " points" if unit == "1" else ""
+
+
 def _in_margins(value: float, row: Row) -> float:
-    """Better is positive; a margin of nought counts as one."""
+    """Better is positive; a margin of zero counts as one."""
     sign = 1.0 if row.better == "higher" else -1.0
     return sign * value / (row.margin or 1.0)
 
@@ -130,7 +141,7 @@ def reach_of(margins: Sequence[float]) -> float:
 
 
 def place(margins: float, reach: float) -> float:
-    """Horizontal place of a value: near nought the axis is even, far from it logarithmic (arsinh)."""
+    """Horizontal place of a value: near zero the axis is even, far from it logarithmic (arsinh)."""
     share = math.asinh(margins) / math.asinh(reach)
     return WIDTH / 2 + min(max(share, -1.0), 1.0) * (WIDTH / 2 - _SIDE)
 

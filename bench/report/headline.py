@@ -63,6 +63,38 @@ def _sure(row: Row) -> str:
     return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""
 
 
+def winner(arms: Sequence[ArmComparison]) -> str:
+    """Who wins, in one sentence: for other scenes, by gated metrics; or nobody."""
+    counts = {id(arm): _ways(arm) for arm in arms}
+    gained = max(arms, key=lambda arm: counts[id(arm)][0] - counts[id(arm)][1])
+    better, worse = counts[id(gained)]
+    if len(arms) > 1 and better > worse:
+        return f"{gained.new} does best against {gained.base}: {_score(better, worse)}."
+    if len(arms) > 1:
+        return f"{gained.base} wins: no other is better in more metrics than it is worse in."
+    if better and not worse:
+        return f"{gained.new} wins against {gained.base}: {_score(better, worse)}."
+    if worse and not better:
+        return f"{gained.base} wins against {gained.new}, which is worse in {_metrics(worse)}."
+    if better:
+        return f"Neither wins outright: {gained.new} is {_score(better, worse)} than {gained.base}."
+    return f"Neither wins: {gained.new} and {gained.base} differ in no gated metric that a test can tell."
+
+
+def _ways(arm: ArmComparison) -> tuple[int, int]:
+    """Gated metrics that are better, and worse."""
+    ways = [_way(row) for row in arm.rows if row.gated]
+    return ways.count("better"), ways.count("worse")
+
+
+def _score(better: int, worse: int) -> str:
+    return f"better in {_metrics(better)}, worse in {worse or 'none'}"
+
+
+def _metrics(count: int) -> str:
+    return f"{count} gated metric{'' if count == 1 else 's'}"
+
+
 def ranking(arms: Sequence[ArmComparison]) -> str:
     """Several variants against the first in one sentence: how many gated metrics went which way."""
     counts = {arm.new: _counts(arm) for arm in arms}

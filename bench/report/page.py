@@ -20,7 +20,7 @@ from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
 from bench.report.goals import goals
-from bench.report.headline import changes, ranking
+from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
 from bench.report.matrix import matrix
@@ -117,7 +117,10 @@ def _sentences(run: Run, panel: Panel) -> tuple[str, ...]:
     if not run.records:
         return ()
     if len(panel.arms) > 1:
-        return (ranking(panel.arms),)
+        return winner(panel.arms), ranking(panel.arms)
+    if panel.arms:
+        pair_of_names = [side.variant for side in panel.sides]
+        return winner(panel.arms), summary.verdict(run.records, pair_of_names)
     return (summary.verdict(run.records, [side.variant for side in panel.sides]),)
 
 
@@ -128,7 +131,7 @@ def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str
         "kicker": "comparison",
         "title": f"{comparison.base} → {comparison.new}",
         "description": new.suite.title,
-        "sentences": (comparison.sentence(),),
+        "sentences": (*([winner(comparison.arms)] if comparison.arms else []), comparison.sentence()),
         "state": {0: "good", 1: "bad", 2: "odd"}[comparison.exit_code],
         "differs": comparison.provenance,
         **_content(

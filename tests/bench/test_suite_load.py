@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.score.matching import WITHIN_DEG
-from bench.suites.cases import expand
+from bench.suites.cases import expand, label
 from bench.suites.catalogue import load_suite, suite_names
 from bench.suites.suite import Suite, suite_from
 from burrscan.errors import InputError
@@ -175,6 +175,12 @@ def test_wheel_files_are_looked_for_beside_the_suite(tmp_path: Path) -> None:
     cases = expand(load_suite(tmp_path / "s.toml"))
     assert [case.parameters["wheel"] for case in cases] == ["mine", "paper"]
     assert cases[0].document["wheel"]["generatrix"][1] == [-9, 50]
+
+
+def test_a_finish_without_a_name_has_a_readable_one() -> None:
+    finish = {"texture": "isotropic", "metal": "steel", "alpha": 0.3}
+    assert label(finish) == "isotropic-steel-0.3"
+    assert label({"name": "ground", "alpha": 0.3}) == "ground"
 
 
 def test_a_floor_needs_a_metric_where_higher_is_better(tmp_path: Path) -> None:
