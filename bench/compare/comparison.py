@@ -101,7 +101,7 @@ def _labels(base: Run, new: Run, variants: tuple[str, str] | None) -> tuple[str,
 
 def _arms(base: Run, new: Run, names: tuple[str, str]) -> tuple[Arm, Arm]:
     one_run = base.directory.path == new.directory.path
-    labels = names if one_run else (f"{names[0]} (base)", f"{names[1]} (new)")
+    labels = names if one_run else (f"{names[0]} (baseline)", f"{names[1]} (new)")
     return arm_of(base, names[0], labels[0]), arm_of(new, names[1], labels[1])
 
 

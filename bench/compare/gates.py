@@ -46,6 +46,8 @@ def outcomes(
 
 def _inferred(row: Row) -> GateOutcome:
     title = within(row.title)
+    if not row.applies:
+        return _outcome(row, "margin", "passed", f"{title}: no case has it")
     if row.verdict == "worse":
         return _outcome(row, "margin", "broken", f"{title} is worse{_interval(row)}")
     if row.verdict == "not comparable":

@@ -57,6 +57,8 @@ class Row:
         equivalent and still be seen to be a little worse.
     every
         Which way all pairs go by more than the margin, in a suite too small for a test; or nothing.
+    applies
+        Whether any case could have the metric: a mesh that nobody scanned has no coverage.
     note
         What one must know to read the row.
 
@@ -89,6 +91,7 @@ class Row:
     verdict: Verdict = "inconclusive"
     seen: Seen = ""
     every: Seen = ""
+    applies: bool = True
     note: str = ""
 
 
@@ -102,7 +105,20 @@ class BurrChange:
 
     def __str__(self) -> str:
         """As people call it."""
-        return f"{self.case}: burr {self.number}{f' ({self.words})' if self.words else ''}"
+        return f"{self.case}: {self.name}"
+
+    @property
+    def name(self) -> str:
+        """Its number in the case, and what it is."""
+        return f"burr {self.number}{f' ({self.words})' if self.words else ''}"
+
+
+def by_case(changes: Sequence[BurrChange]) -> dict[str, str]:
+    """Case to the names of its burrs among ``changes``."""
+    names: dict[str, list[str]] = {}
+    for change in changes:
+        names.setdefault(change.case, []).append(change.name)
+    return {case: ", ".join(some) for case, some in names.items()}
 
 
 @dataclass(frozen=True)
@@ -265,7 +281,12 @@ class Comparison:
     def sentence(self) -> str:
         """The verdict in one sentence: what broke, then what changed."""
         rows = [row for arm in self.arms for row in arm.rows if row.gated]
-        broken = list(dict.fromkeys(gate.said for gate in self.gates if gate.state == "broken"))
+        broken = [
+            f"{arm.new_variant}: {gate.said}" if len(self.arms) > 1 else gate.said
+            for arm in self.arms
+            for gate in arm.gates
+            if gate.state == "broken"
+        ]
         head = {0: "No gate is broken", 1: "A gate is broken", 2: "Not all of it can be compared"}
         if len(broken) > 1:
             head[1] = f"{len(broken)} gates are broken"

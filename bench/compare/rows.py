@@ -53,6 +53,7 @@ def metric_row(pairing: Pairing, name: str, *, margin: float, gated: bool, teste
         scenes=test.scenes,
         worse_cases=worse,
         better_cases=better,
+        applies=_applies(pairing, name),
         every=every(pairing, new - base, margin=margin, higher=higher),
         note=_note(pairs, len(pairing.base), scenes, test, margin) or _unmoved(pairing, name, scenes),
     )
@@ -119,6 +120,11 @@ def _unmoved(pairing: Pairing, name: str, scenes: Floats) -> str:
     if name != FOUND or not count or np.any(scenes):
         return ""
     return f"none of {count} burrs changed sides; of other burrs up to {min(300.0 / count, 100.0):.2g} % may"
+
+
+def _applies(pairing: Pairing, name: str) -> bool:
+    records = (*pairing.base, *pairing.new)
+    return any(record.failure or not math.isnan(record.metrics.get(name, math.nan)) for record in records)
 
 
 def _values(pairing: Pairing, name: str, margin: float) -> tuple[Floats, Floats]:

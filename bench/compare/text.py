@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bench.compare.result import ArmComparison, Row, Verdict
+from bench.compare.result import ArmComparison, Row, Verdict, by_case
 
 SIGNS: dict[Verdict, str] = {
     "worse": "✗",
@@ -86,8 +86,8 @@ def remarks(arm: ArmComparison) -> list[str]:
     burrs = arm.burrs
     counts = f"{burrs.both} found by both, {len(burrs.lost)} lost, {len(burrs.gained)} gained"
     lines = [f"burrs: {counts}, {burrs.neither} missed by both"]
-    lines += [f"lost: {change}" for change in burrs.lost]
-    lines += [f"gained: {change}" for change in burrs.gained]
+    lines += [f"lost: {case}: {names}" for case, names in by_case(burrs.lost).items()]
+    lines += [f"gained: {case}: {names}" for case, names in by_case(burrs.gained).items()]
     for title, failed in (
         ("newly failed", arm.newly_failed),
         ("newly fixed", arm.newly_fixed),

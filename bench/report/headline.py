@@ -63,28 +63,46 @@ def _sure(row: Row) -> str:
     return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""
 
 
-def winner(arms: Sequence[ArmComparison]) -> str:
-    """Who wins, in one sentence: for other scenes, by gated metrics; or nobody."""
-    counts = {id(arm): _ways(arm) for arm in arms}
-    gained = max(arms, key=lambda arm: counts[id(arm)][0] - counts[id(arm)][1])
-    better, worse = counts[id(gained)]
-    if len(arms) > 1 and better > worse:
-        return f"{gained.new} does best against {gained.base}: {_score(better, worse)}."
-    if len(arms) > 1:
-        return f"{gained.base} wins: no other is better in more metrics than it is worse in."
+def winner(arms: Sequence[ArmComparison], *, base: str = "", new: str = "") -> str:
+    """Who wins, in one sentence, by gated metrics: one of two, the best of many variants, or nobody.
+
+    Parameters
+    ----------
+    arms
+        Variants against the first of them, or each variant of one run against itself in another.
+    base, new
+        The two runs, where there are two.
+
+    """
+    ways = [_ways(arm) for arm in arms]
+    if len({arm.base for arm in arms}) == 1 and len(arms) > 1:
+        return _best(arms, ways)
+    better, worse = (sum(counts) for counts in zip(*ways, strict=True))
+    new, base = (new, base) if len(arms) > 1 else (arms[0].new, arms[0].base)
     if better and not worse:
-        return f"{gained.new} wins against {gained.base}: {_score(better, worse)}."
+        return f"{new} wins against {base}: {_score(better, worse)}."
     if worse and not better:
-        return f"{gained.base} wins against {gained.new}, which is worse in {_metrics(worse)}."
+        return f"{base} wins against {new}, which is worse in {_metrics(worse)}."
     if better:
-        return f"Neither wins outright: {gained.new} is {_score(better, worse)} than {gained.base}."
-    return f"Neither wins: {gained.new} and {gained.base} differ in no gated metric that a test can tell."
+        return f"Neither wins outright: {new} is {_score(better, worse)} than {base}."
+    return f"Neither wins: {new} and {base} differ in no gated metric that a test can tell."
+
+
+def _best(arms: Sequence[ArmComparison], ways: Sequence[tuple[int, int]]) -> str:
+    """Of many variants against one."""
+    first = max(range(len(arms)), key=lambda number: ways[number][0] - ways[number][1])
+    better, worse = ways[first]
+    if better > worse:
+        return f"{arms[first].new} does best against {arms[first].base}: {_score(better, worse)}."
+    return f"{arms[first].base} wins: no other is better in more metrics than it is worse in."
 
 
 def _ways(arm: ArmComparison) -> tuple[int, int]:
-    """Gated metrics that are better, and worse."""
-    ways = [_way(row) for row in arm.rows if row.gated]
-    return ways.count("better"), ways.count("worse")
+    """Gated metrics that are better, and worse; one whose gate is broken by a fact is not better."""
+    broken = {gate.metric for gate in arm.gates if gate.state == "broken"}
+    gated = [row for row in arm.rows if row.gated]
+    better = sum(_way(row) == "better" and row.metric not in broken for row in gated)
+    return better, sum(_way(row) == "worse" or row.metric in broken for row in gated)
 
 
 def _score(better: int, worse: int) -> str:

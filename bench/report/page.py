@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from bench.compare import Comparison, compare_runs
 from bench.compare.margins import FAILURES, gates_of, margin_of
-from bench.compare.result import ArmComparison
+from bench.compare.result import ArmComparison, by_case
 from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
@@ -131,7 +131,10 @@ def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str
         "kicker": "comparison",
         "title": f"{comparison.base} → {comparison.new}",
         "description": new.suite.title,
-        "sentences": (*([winner(comparison.arms)] if comparison.arms else []), comparison.sentence()),
+        "sentences": (
+            *([winner(comparison.arms, base=comparison.base, new=comparison.new)] if comparison.arms else []),
+            comparison.sentence(),
+        ),
         "state": {0: "good", 1: "bad", 2: "odd"}[comparison.exit_code],
         "differs": comparison.provenance,
         **_content(
@@ -172,6 +175,7 @@ def _content(
         "failures": (missing := failures(panels)),
         "failed": sum(len(item["cases"]) for item in missing),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
+        "by_case": by_case,
         "metrics": [metric_named(name) for name in names],
         "stage_names": STAGES,
         "shown_unit": summary.shown_unit,

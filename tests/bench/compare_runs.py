@@ -23,6 +23,7 @@ USUAL = {
     "axis_offset_mm": 0.01,
     "generatrix_rms_mm": 0.03,
     "burr_found": 1.0,
+    "burr_coverage": 0.95,
     "burr_angle_deg": 0.1,
     "burr_height_mm": 0.1,
     "false_calls": 1.0,

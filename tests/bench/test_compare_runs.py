@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -359,3 +360,15 @@ def test_only_worse_and_three_runs(base: Run, tmp_path: Path, capsys: pytest.Cap
     assert "Coverage" not in table
     assert table.count("axis_deg worse by") == 16
     assert main(["compare", *paths, "--csv", str(tmp_path / "x.csv")]) == 2
+
+
+def test_a_metric_that_does_not_apply_breaks_and_delays_nothing(tmp_path: Path) -> None:
+    """A mesh that nobody scanned has no coverage."""
+    gate = [{"metric": "coverage"}]
+    runs = [
+        written_run(tmp_path / name, gate=gate, change=lambda _, m: {**m, "coverage": math.nan})
+        for name in ("a", "b")
+    ]
+    comparison = compare_runs(*runs)
+    assert [outcome.state for outcome in comparison.gates] == ["passed"]
+    assert comparison.strict_exit_code() == 0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.compare import ArmComparison, Verdict, compare_runs
+from bench.compare import ArmComparison, GateOutcome, Verdict, compare_runs
 from bench.detection.hit_miss import fit_hit_miss
 from bench.report.forest import WIDTH, forest
 from bench.report.goals import goals
@@ -141,7 +141,7 @@ def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> No
 def _with_verdicts(arm: ArmComparison, *verdicts: Verdict) -> ArmComparison:
     gated = [row for row in arm.rows if row.gated][: len(verdicts)]
     rows = tuple(replace(r, verdict=v, every="") for r, v in zip(gated, verdicts, strict=True))
-    return replace(arm, rows=rows)
+    return replace(arm, rows=rows, gates=())
 
 
 @pytest.mark.parametrize(
@@ -158,6 +158,18 @@ def _with_verdicts(arm: ArmComparison, *verdicts: Verdict) -> ArmComparison:
 )
 def test_the_first_sentence_says_who_wins(three: Panel, verdicts: tuple[Verdict, ...], words: str) -> None:
     assert winner([_with_verdicts(three.arms[0], *verdicts)]).startswith(words)
+
+
+def test_of_two_runs_of_many_variants_the_sum_decides_and_a_fact_counts(three: Panel) -> None:
+    arms = [replace(_with_verdicts(arm, "better"), base=f"{arm.new} (baseline)") for arm in three.arms]
+    words = winner(arms, base="before", new="after")
+    assert words == "after wins against before: better in 2 gated metrics, worse in none."
+    lost = GateOutcome("burr_found", "Burrs found", "lost", "broken", "1 burr(s) lost, 0 allowed")
+    found = next(row for row in arms[0].rows if row.gated)
+    one = replace(
+        arms[0], rows=(found, replace(found, metric="burr_found", verdict="inconclusive")), gates=(lost,)
+    )
+    assert winner([one]).startswith("Neither wins outright")
 
 
 def test_of_many_variants_the_best_is_named(three: Panel) -> None:
