@@ -11,6 +11,8 @@ from markupsafe import Markup
 from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
 from bench.compare.text import SIGNS, here, number
+from bench.score.metrics import metric_named
+from bench.score.summary import typical
 
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0
@@ -118,6 +120,13 @@ def signed(text: str, *, sign: bool) -> str:
 def shown_unit(unit: str) -> str:
     """The unit in words; a number of things has none."""
     return {"1": "%", "count": ""}.get(unit, unit)
+
+
+def headed(name: str, *, difference: bool = False) -> str:
+    """What stands behind a title: mean or median, and the unit, points for a difference of shares."""
+    unit = metric_named(name).unit
+    words = (typical(name), "points" if difference and unit == "1" else shown_unit(unit))
+    return ", ".join(word for word in words if word)
 
 
 def points(unit: str) -> str:
