@@ -106,7 +106,7 @@ def test_records_that_are_the_same_leave_no_doubt() -> None:
         assert (test.p(), test.interval(0.005)) == (1.0, (0.0, 0.0))
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(SCENES, st.floats(1e-4, 0.5), st.floats(-3.0, 3.0), st.sampled_from([mean_test, rank_test]))
 def test_the_interval_is_the_test_turned_round(
     scenes: Floats, alpha: float, centre: float, make: Make
@@ -129,7 +129,7 @@ def row(margin: float, better: str) -> Row:
     return Row("m", "M", "mm", better, gated=True, margin=margin, tested=True)  # type: ignore[arg-type]
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(
     st.lists(SCENES, min_size=1, max_size=6),
     st.sampled_from([0.0, 0.05, 1.0]),
