@@ -10,16 +10,20 @@ from typing import Any
 from bench.cli.grammar import Commands, command
 
 _DETAILS = """\
-Cases are paired: both arms saw the same scene and the same light. A difference is judged by its
-95 % interval (scenes resampled) and p-value (Holm over all gated metrics) against a margin, the
+Cases are paired: both arms saw the same scene and the same light. Every row answers two questions.
+What happened on these cases: how many got worse or better by more than the margin, and which burrs
+were lost and gained. What it means for others: an interval, which is an exact paired test over
+scenes turned round, Holm's correction for all gated metrics included, judged against a margin, the
 difference that is too small to matter:
   equivalent      the interval lies within the margin
-  worse, better   it does not, and the difference is no chance
+  worse, better   it does not, and zero is outside it
   inconclusive    more scenes would tell
   not comparable  another scene, or another version of the metric
-BASE may be a folder of accepted runs (see `burrscan accept`); the newest one is taken.
+BASE may be a folder of accepted runs (see `burrscan accept`); the newest one is taken. Of three or
+more runs each is compared with the first.
 
-exit codes: 0 nothing is worse, 1 a gated metric is worse, 2 not comparable or bad input"""
+exit codes: 0 no gate is broken, 1 a gate is broken (--strict: or inconclusive), 2 not comparable or
+bad input"""
 
 _EXAMPLES = """\
   burrscan compare reports/runs/before reports/runs/after
@@ -40,7 +44,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("base", metavar="BASE", type=Path, help="a run directory")
     parser.add_argument(
-        "new", metavar="NEW", type=Path, nargs="?", help="another; without it, --variants A B"
+        "new", metavar="NEW", type=Path, nargs="*", help="others; without one, --variants A B"
     )
     parser.add_argument("--variants", metavar=("A", "B"), nargs=2, help="variant A of BASE against B of NEW")
     parser.add_argument(
@@ -51,6 +55,8 @@ def add(commands: Commands) -> None:
         default=[],
         help="equivalence margin in the metric's unit, shares as fractions; may be repeated",
     )
+    parser.add_argument("--strict", action="store_true", help="exit 1 when a gate is inconclusive, too")
+    parser.add_argument("--only", choices=("worse", "better"), help="print only rows and cases that went so")
     for name, what in _WRITES.items():
         parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {what}")
 
@@ -60,6 +66,8 @@ _WRITES = {
     "markdown": "it as Markdown",
     "junit": "the gates as JUnit XML",
     "json": "everything as JSON",
+    "csv": "a line per metric as CSV",
+    "latex": "a LaTeX table per variant",
 }
 
 
@@ -70,19 +78,24 @@ def main(given: argparse.Namespace) -> int:
     from bench.run.directory import load_run
     from burrscan.errors import InputError
 
-    if given.new is None and given.variants is None:
+    if not given.new and given.variants is None:
         raise InputError("compare with what? Name a second run, or two variants: --variants A B")
+    files = [name for name in _WRITES if getattr(given, name)]
+    if len(given.new) > 1 and files:
+        raise InputError(f"--{files[0]} holds one comparison; name two runs, not {1 + len(given.new)}")
     base = load_run(newest(given.base))
-    new = load_run(newest(given.new)) if given.new else base
     variants = (given.variants[0], given.variants[1]) if given.variants else None
-    comparison = compare_runs(base, new, variants=variants, margins=dict(given.margin))
-    _print(comparison)
-    _write(given, comparison)
-    if given.html:
-        from bench.report import build_comparison
+    codes = []
+    for new in [load_run(newest(path)) for path in given.new] or [base]:
+        comparison = compare_runs(base, new, variants=variants, margins=dict(given.margin))
+        _print(comparison, only=given.only)
+        _write(given, comparison)
+        if given.html:
+            from bench.report import build_comparison
 
-        print(f"report: {build_comparison(base, new, comparison, given.html)}")
-    return comparison.exit_code
+            print(f"report: {build_comparison(base, new, comparison, given.html)}")
+        codes.append(comparison.strict_exit_code() if given.strict else comparison.exit_code)
+    return 1 if 1 in codes else max(codes)
 
 
 def _margin(text: str) -> tuple[str, float]:
@@ -93,23 +106,41 @@ def _margin(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f"'{text}' is not METRIC=VALUE, such as axis_deg=0.02") from None
 
 
-def _print(comparison: Any) -> None:
+def _print(comparison: Any, *, only: str | None) -> None:
     from bench.cli.tables import print_table
-    from bench.compare.outputs import LEGEND
+    from bench.compare.outputs import GATE_SIGNS, LEGEND
     from bench.compare.text import remarks
 
     for arm in comparison.arms:
-        print_table(_table(arm))
+        print_table(_table(arm, only))
+        if only:
+            print("\n".join(_changed(arm, only)) + "\n")
+            continue
+        print("\n".join(f"gate {GATE_SIGNS[gate.state]} {gate.said}" for gate in arm.gates))
         print("\n".join(remarks(arm)) + "\n")
     for key, (base, new) in comparison.provenance.items():
         print(f"differs: {key}: {base} -> {new}")
     print(f"{LEGEND}\n\n{comparison.sentence()}")
 
 
+def _changed(arm: Any, only: str) -> list[str]:
+    """The cases that went one way by more than a margin, most first, and the burrs that did."""
+    burrs = arm.burrs.lost if only == "worse" else arm.burrs.gained
+    lines = [f"{'lost' if only == 'worse' else 'gained'}: {change}" for change in burrs]
+    found = [
+        (change.worst, change.worst_metric, change.case)
+        if only == "worse"
+        else (change.best, change.best_metric, change.case)
+        for change in arm.cases
+    ]
+    found = sorted((item for item in found if item[0] > 1.0), key=lambda item: -item[0])
+    return lines + [f"{case}: {metric} {only} by {margins:.1f} margins" for margins, metric, case in found]
+
+
 _STYLES: dict[str, str] = {"worse": "bold red", "better": "bold green", "not comparable": "yellow"}
 
 
-def _table(arm: Any) -> Any:
+def _table(arm: Any, only: str | None) -> Any:
     from bench.cli.tables import plain_table
     from bench.compare.text import HEADS, cells
 
@@ -117,15 +148,18 @@ def _table(arm: Any) -> Any:
     for head in HEADS:
         table.add_column(head, justify="left" if head in {"metric", "verdict"} else "right", no_wrap=True)
     for row in arm.rows:
+        if only and only not in {row.verdict, row.seen, row.every}:
+            continue
         table.add_row(*cells(row), style=_STYLES.get(row.verdict, "" if row.gated else "dim"))
     return table
 
 
 def _write(given: argparse.Namespace, comparison: Any) -> None:
-    from bench.compare.outputs import junit, markdown, to_json
+    from bench.compare.outputs import junit, latex, markdown, to_csv, to_json
     from burrscan.files import written_whole
 
     writers: dict[str, Callable[[Any], str]] = {"markdown": markdown, "junit": junit, "json": to_json}
+    writers |= {"csv": to_csv, "latex": latex}
     for name, write in writers.items():
         if path := getattr(given, name):
             with written_whole(path) as beside:

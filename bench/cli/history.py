@@ -6,8 +6,17 @@ import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.cli.grammar import Commands, command
+
+if TYPE_CHECKING:
+    from bench.baselines import Point
+
+_DETAILS = """\
+Any metric. px, mm and deg: median over cases, failures ranking last; shares and counts: mean.
+In brackets the middle half of the cases. A line of its own names every commit that moved the
+metric: where the paired test of `burrscan compare` sees a difference to the run before at 95 %."""
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 
@@ -19,7 +28,7 @@ def add(commands: Commands) -> None:
         "history",
         main,
         summary="show a metric over accepted runs",
-        details="mm and deg: median over cases, failures ranking last; shares and counts: mean.",
+        details=_DETAILS,
         examples="  burrscan history coverage\n  burrscan history axis_deg --suite standard",
     )
     parser.add_argument("metric", metavar="METRIC", help="a metric's name, such as coverage")
@@ -47,15 +56,29 @@ def main(given: argparse.Namespace) -> int:
     for head in ("accepted", "run", "version", *variants, "failed", "note"):
         table.add_column(head, justify="right" if head in variants else "left", no_wrap=True)
     for point in points:
-        values = [number(point.values.get(name, math.nan), metric.unit) for name in variants]
+        values = [_value(point, name, metric.unit) for name in variants]
         version = "–" if point.version is None else str(point.version)
         table.add_row(point.at[:10], point.name, version, *values, str(point.failed or ""), point.note)
     print_table(table)
     for name in variants:
         print(f"{name:<16}{_course([point.values.get(name, math.nan) for point in points])}")
+    for point in points:
+        for name, (way, difference) in point.moved.items():
+            by = number(difference, metric.unit, sign=True)
+            commit = point.commit or "an unknown commit"
+            print(f"{point.name}: {name} {way} by {by} since the run before; moved by {commit}")
     if len({point.version for point in points}) > 1:
         print("versions of the metric differ: values of two versions are not comparable")
     return 0
+
+
+def _value(point: Point, name: str, unit: str) -> str:
+    """The value, and the middle half of its cases."""
+    from bench.compare.text import number
+
+    low, high = point.halves.get(name, (math.nan, math.nan))
+    value = number(point.values.get(name, math.nan), unit)
+    return f"{value} ({number(low, unit)} to {number(high, unit)})" if math.isfinite(low) else value
 
 
 def _course(values: Sequence[float]) -> str:

@@ -7,8 +7,12 @@ import sys
 import time
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.cli.grammar import Commands, command, positive
+
+if TYPE_CHECKING:
+    from bench.run import Run
 
 RUNS = Path("reports/runs")
 """Where run directories go by default, below the current directory."""
@@ -16,7 +20,10 @@ RUNS = Path("reports/runs")
 _DETAILS = """\
 Every case is simulated once and seen by every variant. Records are appended as cases end, so
 that a run can be stopped at any moment, and the same command with --resume finishes it with the
-records that an undisturbed run would have made."""
+records that an undisturbed run would have made.
+
+exit codes: 0 every variant has a result, 2 a variant failed in every case, or bad input,
+130 interrupted"""
 
 _EXAMPLES = """\
   burrscan run quick
@@ -72,7 +79,19 @@ def main(given: argparse.Namespace) -> int:
     print_table(times_table(run))
     say_failures(run)
     print(f"report: {build_report(out_dir)}")
-    return 0
+    if hopeless := hopeless_variants(run):
+        print(f"burrscan: no case has a result: {', '.join(hopeless)}", file=sys.stderr)
+    return 2 if hopeless else 0
+
+
+def hopeless_variants(run: Run) -> list[str]:
+    """The variants that failed in every case that was run."""
+    names = list(dict.fromkeys(record.variant for record in run.records))
+    return [
+        name
+        for name in names
+        if all(record.failure is not None for record in run.records if record.variant == name)
+    ]
 
 
 def _where(given: argparse.Namespace) -> Path:

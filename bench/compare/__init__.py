@@ -4,6 +4,25 @@
 """
 
 from bench.compare.comparison import compare_runs
-from bench.compare.result import ArmComparison, CaseChange, Comparison, FoundOrMissed, Row, Verdict
+from bench.compare.result import (
+    ArmComparison,
+    BurrChange,
+    CaseChange,
+    Comparison,
+    FoundOrMissed,
+    GateOutcome,
+    Row,
+    Verdict,
+)
 
-__all__ = ["ArmComparison", "CaseChange", "Comparison", "FoundOrMissed", "Row", "Verdict", "compare_runs"]
+__all__ = [
+    "ArmComparison",
+    "BurrChange",
+    "CaseChange",
+    "Comparison",
+    "FoundOrMissed",
+    "GateOutcome",
+    "Row",
+    "Verdict",
+    "compare_runs",
+]

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from bench.compare.cases import case_changes, failed_cases
+from bench.compare.facts import found_or_missed
+from bench.compare.gates import outcomes
 from bench.compare.margins import FAILURES, gates_of, margin_of
-from bench.compare.mcnemar import mcnemar_exact
 from bench.compare.pairs import Arm, Pairing, arm_of, pair
-from bench.compare.result import ArmComparison, Comparison, FoundOrMissed, Row
-from bench.compare.rows import FOUND, burr_row, failure_row, metric_row, refused_row
-from bench.compare.values import burr_outcomes
-from bench.compare.verdict import judged
+from bench.compare.result import ArmComparison, Comparison, Row
+from bench.compare.rows import failure_row, metric_row, refused_row
+from bench.compare.verdict import Draft, judged
 from bench.run.directory import Run
 from bench.score.metrics import HEADLINE, METRICS, own_metrics
+from bench.suites.suite import Gate
 from burrscan.errors import InputError
 
 
@@ -47,17 +49,34 @@ def compare_runs(
     overrides = dict(margins or {})
     gates = gates_of(new.suite, overrides)
     names = _metric_names(new, gates)
-    widths = {name: gates.get(name, margin_of(name, override=overrides.get(name))) for name in names}
+    widths = {
+        name: margin_of(name, own=gates[name].margin if name in gates else None, override=overrides.get(name))
+        for name in names
+    }
     chosen = [variants] if variants else [(name, name) for name in _common_variants(base, new)]
-    arms = [
-        _compare_arms(*_arms(base, new, pair_of_names), widths=widths, gated=frozenset(gates))
-        for pair_of_names in chosen
-    ]
-    labels = _labels(base, new, variants)
-    return Comparison(*labels, _corrected(arms), _provenance(base, new))
+    paired = [_Paired(*_arms(base, new, pair_of_names)) for pair_of_names in chosen]
+    drafts = [[_draft(name, one, widths[name], gates.get(name)) for name in names] for one in paired]
+    rows = iter(judged([draft for some in drafts for draft in some]))  # one family: all arms
+    arms = tuple(
+        _arm(one, tuple(next(rows) for _ in some), gates, widths)
+        for one, some in zip(paired, drafts, strict=True)
+    )
+    return Comparison(*_labels(base, new, variants), arms, _provenance(base, new))
 
 
-def _metric_names(run: Run, gates: Mapping[str, float]) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class _Paired:
+    """Two arms and their pairs."""
+
+    base: Arm
+    new: Arm
+
+    @cached_property
+    def pairing(self) -> Pairing:
+        return pair(self.base, self.new)
+
+
+def _metric_names(run: Run, gates: Mapping[str, Gate]) -> tuple[str, ...]:
     """Rows: failures, then gated metrics and those the suite shows, in the order of the metric table."""
     wanted = {*gates, *(run.suite.metrics or HEADLINE)}
     return (FAILURES, *(name for name in (*METRICS, *own_metrics(run.suite.metrics)) if name in wanted))
@@ -82,44 +101,52 @@ def _labels(base: Run, new: Run, variants: tuple[str, str] | None) -> tuple[str,
 
 def _arms(base: Run, new: Run, names: tuple[str, str]) -> tuple[Arm, Arm]:
     one_run = base.directory.path == new.directory.path
-    labels = names if one_run else (f"{names[0]} (base)", f"{names[1]} (new)")
+    labels = names if one_run else (f"{names[0]} (baseline)", f"{names[1]} (new)")
     return arm_of(base, names[0], labels[0]), arm_of(new, names[1], labels[1])
 
 
-def _compare_arms(
-    base: Arm, new: Arm, *, widths: Mapping[str, float], gated: frozenset[str]
+def _draft(name: str, paired: _Paired, margin: float, gate: Gate | None) -> Draft:
+    pairing, gated = paired.pairing, gate is not None
+    tested = gate is not None and gate.infers
+    if name == FAILURES:
+        return failure_row(pairing, margin=margin, gated=gated, tested=tested)
+    why = _not_comparable(name, paired.base, paired.new) or ("" if pairing.base else "every scene differs")
+    if why:
+        return refused_row(name, why, margin=margin, gated=gated)
+    return metric_row(pairing, name, margin=margin, gated=gated, tested=tested)
+
+
+def _arm(
+    paired: _Paired, rows: tuple[Row, ...], gates: Mapping[str, Gate], widths: Mapping[str, float]
 ) -> ArmComparison:
-    pairing = pair(base, new)
-    rows = [
-        _row(name, base, new, pairing, margin=margin, gated=name in gated) for name, margin in widths.items()
-    ]
-    only = (frozenset(gated) & widths.keys()) - {FAILURES}
+    base, new, pairing = paired.base, paired.new, paired.pairing
+    burrs = found_or_missed(pairing)
     return ArmComparison(
         base=base.label,
         new=new.label,
         base_variant=base.variant,
         new_variant=new.variant,
-        rows=tuple(rows),
-        burrs=_found_or_missed(pairing),
+        rows=rows,
+        gates=tuple(
+            outcome
+            for row in rows
+            if row.metric in gates
+            for outcome in outcomes(
+                gates[row.metric], row, new=new, burrs=burrs, same_noise=pairing.same_noise
+            )
+        ),
+        burrs=burrs,
         newly_failed=failed_cases(pairing, base_failed=False, new_failed=True),
         newly_fixed=failed_cases(pairing, base_failed=True, new_failed=False),
         still_failing=failed_cases(pairing, base_failed=True, new_failed=True),
         changed=pairing.changed,
         only_base=pairing.only_base,
         only_new=pairing.only_new,
-        cases=case_changes(pairing, {name: widths[name] for name in widths if name in only}),
+        cases=case_changes(
+            pairing, {name: margin for name, margin in widths.items() if name in gates and name != FAILURES}
+        ),
         same_noise=pairing.same_noise,
     )
-
-
-def _row(name: str, base: Arm, new: Arm, pairing: Pairing, *, margin: float, gated: bool) -> Row:
-    if name == FAILURES:
-        return failure_row(pairing, margin=margin, gated=gated)
-    why = _not_comparable(name, base, new) or ("" if pairing.base else "every scene differs")
-    if why:
-        return refused_row(name, why, margin=margin, gated=gated)
-    make = burr_row if name == FOUND else metric_row
-    return make(pairing, name, margin=margin, gated=gated)
 
 
 def _not_comparable(name: str, base: Arm, new: Arm) -> str:
@@ -131,24 +158,6 @@ def _not_comparable(name: str, base: Arm, new: Arm) -> str:
         if ours[key] != theirs[key]:
             return f"{key} {ours[key]} against {theirs[key]}"
     return ""
-
-
-def _found_or_missed(pairing: Pairing) -> FoundOrMissed:
-    base, new = burr_outcomes(pairing)
-    lost, gained = int((base & ~new).sum()), int((~base & new).sum())
-    return FoundOrMissed(
-        both=int((base & new).sum()),
-        lost=lost,
-        gained=gained,
-        neither=int((~base & ~new).sum()),
-        p=mcnemar_exact(lost, gained),
-    )
-
-
-def _corrected(arms: Sequence[ArmComparison]) -> tuple[ArmComparison, ...]:
-    """The arms with their verdicts: all gated metrics of all arms are one family."""
-    rows = iter(judged([row for arm in arms for row in arm.rows]))
-    return tuple(replace(arm, rows=tuple(next(rows) for _ in arm.rows)) for arm in arms)
 
 
 def _provenance(base: Run, new: Run) -> dict[str, tuple[Any, Any]]:

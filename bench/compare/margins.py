@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 
 from bench.score.metrics import METRICS, metric_named
-from bench.suites.suite import Suite, refuse
+from bench.suites.suite import Gate, Suite, refuse
 from burrscan.variants import suggest
 
 FAILURES = "failures"
@@ -46,8 +46,8 @@ GATED: tuple[str, ...] = (
 """Gated where the suite has no ``[[gate]]`` tables."""
 
 
-def gates_of(suite: Suite, overrides: Mapping[str, float]) -> dict[str, float]:
-    """The gated metrics of a suite with their margins: its own gates, or the usual ones.
+def gates_of(suite: Suite, overrides: Mapping[str, float]) -> dict[str, Gate]:
+    """The gates of a suite by metric: its own, or the usual ones, under which no burr may be lost either.
 
     A margin given on the command line for a metric that is not gated gates nothing.
 
@@ -57,10 +57,15 @@ def gates_of(suite: Suite, overrides: Mapping[str, float]) -> dict[str, float]:
         When a gate or an override names no metric, or a margin is negative or not finite.
 
     """
-    own = {gate.metric: gate.margin for gate in suite.gate}
-    refuse(margin_problems({**{k: v for k, v in own.items() if v is not None}, **overrides}), "margins")
-    names = tuple(own) or GATED
-    return {name: margin_of(name, own=own.get(name), override=overrides.get(name)) for name in names}
+    own = {gate.metric: gate for gate in suite.gate}
+    given = {name: gate.margin for name, gate in own.items() if gate.margin is not None}
+    named = {name: 0.0 for name in own if name not in given}
+    refuse(margin_problems({**named, **given, **overrides}), "margins")
+    return own or {name: _usual(name) for name in GATED}
+
+
+def _usual(name: str) -> Gate:
+    return Gate(name, margin=MARGINS[name], lost=0 if name == "burr_found" else None)
 
 
 def margin_of(name: str, *, own: float | None = None, override: float | None = None) -> float:

@@ -1,21 +1,26 @@
-"""A comparison as Markdown for a pull request, JUnit XML for a build server, and JSON for programs."""
+"""A comparison as Markdown for a pull request, JUnit XML for a build server, JSON, CSV and LaTeX."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from bench.compare.result import ArmComparison, Comparison, Row
+from bench.compare.result import ArmComparison, Comparison, GateOutcome
 from bench.compare.text import HEADS, cells, remarks
 
 LEGEND = (
-    "Means over scenes; difference = new − base with its 95 % interval, scenes resampled. Equivalent: the "
-    "interval lies within the margin. Worse, better: else, if p, corrected by Holm for all gated metrics, is "
-    "at most 0.05. Metrics marked · are not gated."
+    "These cases: how many went which way by more than the margin; with the same noise in both arms each is "
+    "a fact. Difference = new − baseline: the mean one for shares and counts, the typical one (Hodges and "
+    "Lehmann) for errors. Its interval is the sign-flip or signed-rank test over scenes turned round, at the "
+    "level in brackets, Holm's step for all gated metrics included. Equivalent: the interval lies within the "
+    "margin. Worse, better: else, if zero is outside it. Metrics marked · are not gated."
 )
 
 
@@ -25,6 +30,7 @@ def markdown(comparison: Comparison) -> str:
     lines = [f"## {mark} burrscan: {comparison.new} against {comparison.base}", "", comparison.sentence(), ""]
     for arm in comparison.arms:
         lines += [f"### {arm.base} → {arm.new}", "", *_table(arm), ""]
+        lines += [f"- {GATE_SIGNS[gate.state]} gate: {_escaped(gate.said)}" for gate in arm.gates]
         lines += [f"- {_escaped(line)}" for line in remarks(arm)] + [""]
     if comparison.provenance:
         lines += ["<details><summary>What differs beside the results</summary>", ""]
@@ -47,32 +53,43 @@ def _escaped(text: str) -> str:
     return text.replace("|", "\\|").replace("<", "&lt;")
 
 
+GATE_SIGNS = {"passed": "✓", "broken": "✗", "inconclusive": "?", "not comparable": "!"}
+
+
 def junit(comparison: Comparison) -> str:
-    """One test case per gated metric and variant: worse is a failure, not comparable an error."""
+    """One test case per gate and variant.
+
+    Broken is a failure, not comparable an error, inconclusive is skipped; each with its reason.
+    """
     suites = ET.Element("testsuites", name="burrscan compare")
     for arm in comparison.arms:
-        rows = [row for row in arm.rows if row.gated]
+        counts = Counter(gate.state for gate in arm.gates)
         suite = ET.SubElement(
             suites,
             "testsuite",
             name=f"{arm.base} → {arm.new}",
-            tests=str(len(rows) + 1),
-            failures=str(sum(row.verdict == "worse" for row in rows)),
-            errors=str(sum(row.verdict == "not comparable" for row in rows) + bool(_left_out(arm))),
+            tests=str(len(arm.gates) + 1),
+            failures=str(counts["broken"]),
+            errors=str(counts["not comparable"] + bool(_left_out(arm))),
+            skipped=str(counts["inconclusive"]),
         )
-        for row in rows:
-            _test_case(suite, arm, row)
+        for gate in arm.gates:
+            _test_case(suite, arm, gate)
         _cases_test(suite, arm)
     ET.indent(suites)
     return ET.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _test_case(suite: ET.Element, arm: ArmComparison, row: Row) -> None:
-    case = ET.SubElement(suite, "testcase", classname=f"burrscan.{arm.new_variant}", name=row.metric)
+_JUNIT = {"broken": "failure", "not comparable": "error", "inconclusive": "skipped"}
+
+
+def _test_case(suite: ET.Element, arm: ArmComparison, gate: GateOutcome) -> None:
+    name = gate.metric if gate.kind == "margin" else f"{gate.metric} {gate.kind}"
+    case = ET.SubElement(suite, "testcase", classname=f"burrscan.{arm.new_variant}", name=name)
+    row = next(row for row in arm.rows if row.metric == gate.metric)
     line = ", ".join(f"{head} {text}" for head, text in zip(HEADS[1:], cells(row)[1:], strict=True))
-    kind = {"worse": "failure", "not comparable": "error"}.get(row.verdict)
-    if kind:
-        ET.SubElement(case, kind, message=f"{row.title} is {row.verdict}", type=row.verdict).text = line
+    if kind := _JUNIT.get(gate.state):
+        ET.SubElement(case, kind, message=gate.said, type=gate.state).text = line
     ET.SubElement(case, "system-out").text = f"{line}. {row.note}" if row.note else line
 
 
@@ -89,9 +106,62 @@ def _left_out(arm: ArmComparison) -> tuple[str, ...]:
     return (*arm.changed, *arm.only_base)
 
 
+_COLUMNS = (
+    "metric", "unit", "better", "typical", "gated", "margin", "base", "new", "difference", "low", "high",
+    "level", "mean_difference", "p", "p_holm", "effect", "pairs", "cases", "scenes", "worse_cases",
+    "better_cases", "verdict", "note",
+)  # fmt: skip
+
+
+def to_csv(comparison: Comparison) -> str:
+    """One line per metric and variant, numbers in full, units as in the records; not finite is empty."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["baseline", "new", *_COLUMNS])
+    for arm in comparison.arms:
+        for row in arm.rows:
+            writer.writerow([arm.base, arm.new, *(_cell(getattr(row, name)) for name in _COLUMNS)])
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    return "" if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def latex(comparison: Comparison) -> str:
+    r"""One ``tabular`` per variant, for ``\input``; it needs the package booktabs and no other."""
+    return "\n".join(line for arm in comparison.arms for line in _tabular(arm))
+
+
+def _tabular(arm: ArmComparison) -> Iterator[str]:
+    yield f"% {arm.base} -> {arm.new}".replace("\n", " ")
+    yield "\\begin{tabular}{l" + "r" * (len(HEADS) - 3) + "ll}"
+    yield "\\toprule"
+    yield " & ".join(HEADS) + r" \\"
+    yield "\\midrule"
+    for row in arm.rows:
+        texts = cells(row)
+        yield " & ".join([*map(_tex, texts[:-1]), _tex(texts[-1][2:])]) + r" \\"  # without its sign
+    yield "\\bottomrule"
+    yield "\\end{tabular}\n"
+
+
+_TEX = str.maketrans(
+    {
+        "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{",
+        "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "±": r"$\pm$", "–": "--",
+        "·": r"$\cdot$", "<": "$<$", ">": "$>$", "°": r"$^\circ$",
+    }
+)  # fmt: skip
+
+
+def _tex(text: str) -> str:
+    return text.translate(_TEX)
+
+
 def to_json(comparison: Comparison) -> str:
     """Everything, units as in the records; what is not finite is null."""
-    head = {"format": 1, "exit_code": comparison.exit_code, "sentence": comparison.sentence()}
+    head = {"format": 2, "exit_code": comparison.exit_code, "sentence": comparison.sentence()}
     return json.dumps(_plain({**head, **asdict(comparison)}), indent=1, allow_nan=False) + "\n"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -48,7 +47,7 @@ class Pairing:
     base, new
         Records of the cases that can be compared, in the same order.
     scene
-        (N,) number of the scene of each pair: cases that differ in nothing but the seed share it.
+        (N,) number of the scene of each pair: cases whose scenes have one hash share it.
     changed
         Cases whose scene is another one (its hash differs): not comparable.
     only_base, only_new
@@ -123,20 +122,15 @@ def pair(base: Arm, new: Arm) -> Pairing:
 
 
 def _scenes(records: Sequence[Record]) -> Ints:
-    """Scene numbers. Where nothing but the seed is varied, what the seed draws makes the scene.
+    """Scene numbers: cases whose scenes have one hash looked at one scene, with other noise.
 
-    Where it draws nothing but noise there is one scene, and all that is left to resample are its seeds.
+    Cases that differ in the seed alone are scenes of their own where the seed draws the pose or the burrs.
+    Where there is one scene only, all that is left are its seeds.
     """
-    keys = [_without_seed(record.parameters) for record in records]
-    if len(set(keys)) == 1:
-        keys = [record.scene_hash for record in records]
+    keys = [record.scene_hash for record in records]
     if len(set(keys)) == 1:
         keys = [record.case for record in records]
     return _numbered(keys)
-
-
-def _without_seed(parameters: Mapping[str, Any]) -> str:
-    return json.dumps({key: value for key, value in parameters.items() if key != "seed"}, sort_keys=True)
 
 
 def _numbered(keys: Iterable[str]) -> Ints:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,6 +11,9 @@ from bench.score.metric import within
 
 Verdict = Literal["worse", "better", "equivalent", "inconclusive", "not comparable"]
 Seen = Literal["worse", "better", ""]
+Typical = Literal["mean", "median"]
+GateKind = Literal["margin", "lost", "floor", "ceiling"]
+GateState = Literal["passed", "broken", "inconclusive", "not comparable"]
 
 
 @dataclass(frozen=True)
@@ -20,27 +24,41 @@ class Row:
     ----------
     metric, title, unit, better
         The metric; ``better`` is ``"higher"`` or ``"lower"``, ``unit`` is ``1`` for a share.
-    gated
-        Whether it decides the exit code.
+    typical
+        ``mean`` or ``median``: what ``base``, ``new`` and ``difference`` are, see
+        :func:`bench.score.summary.typical`.
+    gated, tested
+        Whether a gate judges it at all; whether one judges it by its margin.
     margin
         Differences up to this do not matter, in the metric's unit.
     base, new
-        Means over scenes of the cases that have a value in both arms (burrs: shares of all burrs).
+        Means or medians over scenes of the cases that have a value in both arms.
     difference, low, high
-        New minus base, with its 95 % confidence interval, in the metric's unit.
+        New minus base with its confidence interval, in the metric's unit: the mean difference, or the typical
+        one (Hodges and Lehmann), which is not the difference of the medians.
+    level
+        Of the interval: that at which the verdict was reached, Holm's step included.
+    mean_difference
+        The mean difference, whatever ``typical`` says: one case can carry it.
     p, p_holm
-        Two-sided p-value, and that corrected for all gated metrics of the comparison; equal where not gated.
+        Two-sided p-value, and that corrected for all gated metrics of the comparison; equal where not tested.
     effect
-        Difference over its standard deviation between scenes (Cohen's d of paired samples).
+        Mean difference over its standard deviation between scenes (Cohen's d of paired samples).
+    drawn
+        How many choices of signs were drawn for the test; 0 where all were counted.
     pairs, cases, scenes
         Pairs with a value in both arms, pairs in all, scenes.
+    worse_cases, better_cases
+        Pairs that went that way by more than the margin: facts about these cases.
     verdict
         See :func:`bench.compare.verdict.decide`.
     seen
-        Which way the difference certainly goes, or nothing: zero is outside the interval, and ``p_holm`` at
-        most 0.05. A metric may be equivalent and still be seen to be a little worse.
+        Which way the difference certainly goes, or nothing: zero is outside the interval. A metric may be
+        equivalent and still be seen to be a little worse.
     every
         Which way all pairs go by more than the margin, in a suite too small for a test; or nothing.
+    applies
+        Whether any case could have the metric: a mesh that nobody scanned has no coverage.
     note
         What one must know to read the row.
 
@@ -52,32 +70,90 @@ class Row:
     better: Literal["higher", "lower"]
     gated: bool
     margin: float
-    base: float
-    new: float
-    difference: float
-    low: float
-    high: float
-    p: float
-    p_holm: float
-    effect: float
-    pairs: int
-    cases: int
-    scenes: int
-    verdict: Verdict
+    typical: Typical = "mean"
+    tested: bool = False
+    base: float = math.nan
+    new: float = math.nan
+    difference: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    level: float = 0.95
+    mean_difference: float = math.nan
+    p: float = math.nan
+    p_holm: float = math.nan
+    effect: float = math.nan
+    drawn: int = 0
+    pairs: int = 0
+    cases: int = 0
+    scenes: int = 0
+    worse_cases: int = 0
+    better_cases: int = 0
+    verdict: Verdict = "inconclusive"
     seen: Seen = ""
     every: Seen = ""
+    applies: bool = True
     note: str = ""
 
 
 @dataclass(frozen=True)
+class BurrChange:
+    """A true burr that one arm alone found: its case, its number there from 1, and its kind."""
+
+    case: str
+    number: int
+    words: str
+
+    def __str__(self) -> str:
+        """As people call it."""
+        return f"{self.case}: {self.name}"
+
+    @property
+    def name(self) -> str:
+        """Its number in the case, and what it is."""
+        return f"burr {self.number}{f' ({self.words})' if self.words else ''}"
+
+
+def by_case(changes: Sequence[BurrChange]) -> dict[str, str]:
+    """Case to the names of its burrs among ``changes``."""
+    names: dict[str, list[str]] = {}
+    for change in changes:
+        names.setdefault(change.case, []).append(change.name)
+    return {case: ", ".join(some) for case, some in names.items()}
+
+
+@dataclass(frozen=True)
 class FoundOrMissed:
-    """True burrs of all pairs: found by both, lost, gained, missed by both; McNemar's exact p-value."""
+    """True burrs of all pairs: found by both, lost and gained by name, missed by both."""
 
     both: int
-    lost: int
-    gained: int
+    lost: tuple[BurrChange, ...]
+    gained: tuple[BurrChange, ...]
     neither: int
-    p: float
+
+
+@dataclass(frozen=True)
+class GateOutcome:
+    """What became of one gate.
+
+    Parameters
+    ----------
+    metric, title
+        The metric.
+    kind
+        ``margin``: what the difference means for other scenes. ``lost``: a fact about these. ``floor``,
+        ``ceiling``: the new run's own value.
+    state
+        Whether it holds.
+    said
+        Why, in words.
+
+    """
+
+    metric: str
+    title: str
+    kind: GateKind
+    state: GateState
+    said: str
 
 
 @dataclass(frozen=True)
@@ -122,6 +198,8 @@ class ArmComparison:
         Their variants' names.
     rows
         One per metric, gated ones first marked by ``gated``.
+    gates
+        What became of each gate.
     burrs
         Found or missed.
     newly_failed, newly_fixed, still_failing
@@ -140,6 +218,7 @@ class ArmComparison:
     base_variant: str
     new_variant: str
     rows: tuple[Row, ...]
+    gates: tuple[GateOutcome, ...]
     burrs: FoundOrMissed
     newly_failed: tuple[FailedCase, ...]
     newly_fixed: tuple[FailedCase, ...]
@@ -153,7 +232,7 @@ class ArmComparison:
     @property
     def comparable(self) -> bool:
         """Whether every case of the base and every gated metric could be compared."""
-        refused = any(row.gated and row.verdict == "not comparable" for row in self.rows)
+        refused = any(gate.state == "not comparable" for gate in self.gates)
         return not (self.changed or self.only_base or refused)
 
 
@@ -178,9 +257,14 @@ class Comparison:
     provenance: Mapping[str, tuple[Any, Any]]
 
     @property
+    def gates(self) -> Iterator[GateOutcome]:
+        """The gates of all arms."""
+        return (gate for arm in self.arms for gate in arm.gates)
+
+    @property
     def worse(self) -> bool:
-        """Whether a gated metric is worse."""
-        return any(row.gated and row.verdict == "worse" for arm in self.arms for row in arm.rows)
+        """Whether a gate is broken."""
+        return any(gate.state == "broken" for gate in self.gates)
 
     @property
     def exit_code(self) -> int:
@@ -189,19 +273,37 @@ class Comparison:
             return 1
         return 0 if all(arm.comparable for arm in self.arms) else 2
 
+    def strict_exit_code(self) -> int:
+        """As :attr:`exit_code`, and 1 where a gate is inconclusive."""
+        undecided = any(gate.state == "inconclusive" for gate in self.gates)
+        return self.exit_code or int(undecided)
+
     def sentence(self) -> str:
-        """The verdict in one sentence."""
-        gated = [row for arm in self.arms for row in arm.rows if row.gated]
-        named, counted = [], []
-        for verdict in ("worse", "better", "equivalent", "inconclusive", "not comparable"):
-            rows = [row for row in gated if row.verdict == verdict]
-            if rows and verdict in {"worse", "better"}:
-                named.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in rows))}")
-            elif rows:
-                counted.append(f"{verdict} in {len(rows)}")
-        others = [f"{_listed(counted)} of {len(gated)} gated metrics"] if counted else []
-        head = {0: "Nothing gated is worse", 1: "A gate is broken", 2: "Not all of it can be compared"}
-        return f"{head[self.exit_code]}: {self.new} against {self.base} is {'; '.join([*named, *others])}."
+        """The verdict in one sentence: what broke, then what changed."""
+        rows = [row for arm in self.arms for row in arm.rows if row.gated]
+        broken = [
+            f"{arm.new_variant}: {gate.said}" if len(self.arms) > 1 else gate.said
+            for arm in self.arms
+            for gate in arm.gates
+            if gate.state == "broken"
+        ]
+        head = {0: "No gate is broken", 1: "A gate is broken", 2: "Not all of it can be compared"}
+        if len(broken) > 1:
+            head[1] = f"{len(broken)} gates are broken"
+        why = f" ({'; '.join(broken)})" if broken else ""
+        return f"{head[self.exit_code]}{why}: {self.new} against {self.base} is {'; '.join(_told(rows))}."
+
+
+def _told(rows: Sequence[Row]) -> list[str]:
+    """Worse and better metrics by name, the others by their number."""
+    named, counted = [], []
+    for verdict in ("worse", "better", "equivalent", "inconclusive", "not comparable"):
+        some = [row for row in rows if row.verdict == verdict]
+        if some and verdict in {"worse", "better"}:
+            named.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in some))}")
+        elif some:
+            counted.append(f"{verdict} in {len(some)}")
+    return [*named, *([f"{_listed(counted)} of {len(rows)} gated metrics"] if counted else [])]
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -1,147 +1,150 @@
-"""One row of a comparison: difference, interval and p-value of one metric; the verdict comes after Holm."""
+"""One row of a comparison: one metric's paired differences and their test; the verdict comes after Holm."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from bench.compare.interval import scene_estimate
+from bench.compare.facts import burrs_per_case, every, went
+from bench.compare.flips import FlipTest, mean_test, rank_test
+from bench.compare.gates import FOUND
 from bench.compare.margins import FAILURES
-from bench.compare.mcnemar import mcnemar_exact, tango_interval
 from bench.compare.pairs import Pairing
-from bench.compare.result import Row, Seen, Verdict
-from bench.compare.values import burr_outcomes, paired_values
-from bench.run.records import Record
+from bench.compare.result import Row, Verdict
+from bench.compare.values import paired_values
+from bench.compare.verdict import Draft
 from bench.score.metrics import metric_named
+from bench.score.summary import typical
 from burrscan.arrays import Bools, Floats
 
-_FEWEST_SCENES = 6
-FOUND = "burr_found"
-"""The metric that is a yes or no per burr."""
 
+def metric_row(pairing: Pairing, name: str, *, margin: float, gated: bool, tested: bool) -> Draft:
+    """A metric's paired difference: cases averaged in each scene, signs of scenes flipped.
 
-def metric_row(pairing: Pairing, name: str, *, margin: float, gated: bool) -> Row:
-    """A metric's paired difference: cases averaged in each scene, scenes resampled."""
+    Errors, where one case can carry the mean, are judged by ranks; shares and counts by their means.
+    """
     metric = metric_named(name)
-    base, new = paired_values(pairing, name, margin=margin)
-    estimate = scene_estimate(pairing.per_scene(new - base))
+    base, new = _values(pairing, name, margin)
+    scenes = pairing.per_scene(new - base)
+    test = (rank_test if typical(name) == "median" else mean_test)(scenes)
+    higher = metric.better == "higher"
+    worse, better = went(new - base, margin=margin, higher=higher)
     pairs = int((~np.isnan(base)).sum())
-    every = _every(pairing, new - base, margin=margin, higher=metric.better == "higher")
-    return Row(
+    row = Row(
         metric=name,
         title=metric.title,
         unit=metric.unit,
         better=metric.better,
+        typical=typical(name),
         gated=gated,
+        tested=tested,
         margin=margin,
-        base=_mean(pairing.per_scene(base)),
-        new=_mean(pairing.per_scene(new)),
-        difference=estimate.value,
-        low=estimate.low,
-        high=estimate.high,
-        p=estimate.p,
-        p_holm=estimate.p,
-        effect=estimate.effect,
+        base=_typical(name, pairing.per_scene(base)),
+        new=_typical(name, pairing.per_scene(new)),
+        difference=test.value,
+        low=-math.inf,
+        high=math.inf,
+        mean_difference=float(np.mean(scenes)) if len(scenes) else math.nan,
+        effect=_effect(scenes),
+        drawn=test.drawn,
         pairs=pairs,
         cases=len(pairing.base),
-        scenes=estimate.scenes,
-        verdict="inconclusive",
-        every=every,
-        note=_note(pairs, len(pairing.base), estimate.scenes) if not every else _told(pairs),
+        scenes=test.scenes,
+        worse_cases=worse,
+        better_cases=better,
+        applies=_applies(pairing, name),
+        every=every(pairing, new - base, margin=margin, higher=higher),
+        note=_note(pairs, len(pairing.base), scenes, test, margin) or _unmoved(pairing, name, scenes),
     )
+    return Draft(row, test)
 
 
-def burr_row(pairing: Pairing, name: str, *, margin: float, gated: bool) -> Row:
-    """Found or missed, burr by burr: McNemar's exact test.
-
-    The interval is the wider of Tango's, which knows what few burrs cannot tell, and that of resampled
-    scenes, which knows that burrs of one scene go together. Two arms whose records are the same in every
-    metric do not differ, and have no interval.
-    """
-    row = metric_row(pairing, name, margin=margin, gated=gated)
-    base, new = burr_outcomes(pairing)
-    if not len(base):
-        return row
-    lost, gained = int((base & ~new).sum()), int((~base & new).sum())
-    p = mcnemar_exact(lost, gained)
-    difference = (gained - lost) / len(base)
-    low, high = (0.0, 0.0) if _identical(pairing) else tango_interval(lost, gained, len(base))
-    if lost + gained and row.scenes > 1:
-        low, high = min(low, row.low), max(high, row.high)
-    return Row(
-        **{
-            **vars(row),
-            "base": float(base.mean()),
-            "new": float(new.mean()),
-            "difference": difference,
-            "low": max(low, -1.0),
-            "high": min(high, 1.0),
-            "p": p,
-            "p_holm": p,
-            "note": f"{lost} lost, {gained} gained of {len(base)} burrs",
-        }
-    )
-
-
-def failure_row(pairing: Pairing, *, margin: float, gated: bool) -> Row:
+def failure_row(pairing: Pairing, *, margin: float, gated: bool, tested: bool) -> Draft:
     """Cases without a result.
 
     With the same scene and the same noise a new failure is a fact, not a sample: more new failures than the
-    margin are worse. With other noise it may be chance, and McNemar's exact test on cases decides.
+    margin are worse. With other noise it may be chance, and the sign-flip test over scenes decides.
     """
-    base, new = (_failures(arm) for arm in (pairing.base, pairing.new))
+    base, new = (_failures(pairing, arm) for arm in ("base", "new"))
     broken, fixed = int((new & ~base).sum()), int((base & ~new).sum())
-    p = math.nan if pairing.same_noise else mcnemar_exact(fixed, broken)
-    low, high = _failure_interval(pairing, broken, fixed)
-    return Row(
+    scenes = pairing.per_scene(new.astype(float) - base)
+    row = Row(
         metric=FAILURES,
         title="Failures",
         unit="count",
         better="lower",
         gated=gated,
+        tested=tested,
         margin=margin,
         base=float(base.sum()),
         new=float(new.sum()),
         difference=float(broken - fixed),
-        low=low,
-        high=high,
-        p=p,
-        p_holm=p,
-        effect=math.nan,
+        low=float(broken - fixed),
+        high=float(broken - fixed),
+        mean_difference=float(broken - fixed),
         pairs=len(base),
         cases=len(base),
         scenes=pairing.scenes,
+        worse_cases=broken,
+        better_cases=fixed,
         verdict=_failure_verdict(broken, fixed, margin),
         note=f"{broken} newly failed, {fixed} newly fixed" if broken or fixed else "",
     )
+    if pairing.same_noise or not len(base):
+        return Draft(row)
+    return Draft(row, mean_test(scenes), scale=float(len(base)))
 
 
-def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Row:
+def refused_row(name: str, why: str, *, margin: float, gated: bool) -> Draft:
     """A metric that cannot be compared."""
     metric = metric_named(name)
-    return Row(
-        metric=name,
-        title=metric.title,
-        unit=metric.unit,
-        better=metric.better,
-        gated=gated,
-        margin=margin,
-        base=math.nan,
-        new=math.nan,
-        difference=math.nan,
-        low=math.nan,
-        high=math.nan,
-        p=math.nan,
-        p_holm=math.nan,
-        effect=math.nan,
-        pairs=0,
-        cases=0,
-        scenes=0,
-        verdict="not comparable",
-        note=why,
+    return Draft(
+        Row(
+            metric=name,
+            title=metric.title,
+            unit=metric.unit,
+            better=metric.better,
+            typical=typical(name),
+            gated=gated,
+            margin=margin,
+            verdict="not comparable",
+            note=why,
+        )
     )
+
+
+def _unmoved(pairing: Pairing, name: str, scenes: Floats) -> str:
+    """What few burrs cannot tell: none of n leaves up to 3/n (Hanley and Lippman-Hand, JAMA 249, 1983)."""
+    count = sum(len(record.burrs) for record in pairing.base)
+    if name != FOUND or not count or np.any(scenes):
+        return ""
+    return f"none of {count} burrs changed sides; of other burrs up to {min(300.0 / count, 100.0):.2g} % may"
+
+
+def _applies(pairing: Pairing, name: str) -> bool:
+    records = (*pairing.base, *pairing.new)
+    return any(record.failure or not math.isnan(record.metrics.get(name, math.nan)) for record in records)
+
+
+def _values(pairing: Pairing, name: str, margin: float) -> tuple[Floats, Floats]:
+    """In both arms; burrs are counted where the records tell of each."""
+    if name == FOUND:
+        base, new = burrs_per_case(pairing)
+        if not np.isnan(base).all():
+            return base, new
+    return paired_values(pairing, name, margin=margin)
+
+
+def _typical(name: str, scenes: Floats) -> float:
+    if not len(scenes):
+        return math.nan
+    return float(np.median(scenes) if typical(name) == "median" else np.mean(scenes))
+
+
+def _effect(scenes: Floats) -> float:
+    spread = float(np.std(scenes, ddof=1)) if len(scenes) > 1 else 0.0
+    return float(np.mean(scenes)) / spread if spread > 0.0 else math.nan
 
 
 def _failure_verdict(broken: int, fixed: int, margin: float) -> Verdict:
@@ -150,55 +153,17 @@ def _failure_verdict(broken: int, fixed: int, margin: float) -> Verdict:
     return "better" if fixed > margin else "equivalent"
 
 
-def _failure_interval(pairing: Pairing, broken: int, fixed: int) -> tuple[float, float]:
-    """In cases; a fact has no width."""
-    if pairing.same_noise or not pairing.base:
-        return float(broken - fixed), float(broken - fixed)
-    low, high = tango_interval(fixed, broken, len(pairing.base))
-    return low * len(pairing.base), high * len(pairing.base)
+def _failures(pairing: Pairing, arm: str) -> Bools:
+    return np.array([record.failure is not None for record in getattr(pairing, arm)], dtype=bool)
 
 
-def _failures(records: Sequence[Record]) -> Bools:
-    return np.array([record.failure is not None for record in records], dtype=bool)
-
-
-def _every(pairing: Pairing, differences: Floats, *, margin: float, higher: bool) -> Seen:
-    """Which way all pairs go by more than the margin, where there are too few scenes for a test.
-
-    With five scenes no test of ten metrics at 0.05 has any power worth the name. With the same scene and the
-    same noise each difference is a fact about its case; one that all cases share is a fact about the suite,
-    whatever may hold for other scenes.
-    """
-    known = differences[~np.isnan(differences)]
-    if not (pairing.same_noise and 0 < pairing.scenes < _FEWEST_SCENES and len(known)):
-        return ""
-    if (known > margin).all():
-        return "better" if higher else "worse"
-    if (known < -margin).all():
-        return "worse" if higher else "better"
-    return ""
-
-
-def _told(pairs: int) -> str:
-    return f"beyond the margin in every one of {pairs} case(s); too few scenes to say more"
-
-
-def _identical(pairing: Pairing) -> bool:
-    """Whether every case gave the same numbers in both arms."""
-    return all(
-        (a.failure is None) == (b.failure is None)
-        and {k: v for k, v in a.metrics.items() if v == v} == {k: v for k, v in b.metrics.items() if v == v}  # noqa: PLR0124
-        for a, b in zip(pairing.base, pairing.new, strict=True)
-    )
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if len(values) else math.nan
-
-
-def _note(pairs: int, cases: int, scenes: int) -> str:
+def _note(pairs: int, cases: int, scenes: Floats, test: FlipTest, margin: float) -> str:
     if not pairs:
         return "no case has a value in both arms"
-    if scenes < 2:
+    if len(scenes) < 2:
         return "one case says nothing of others"
-    return f"{pairs} of {cases} cases have it in both arms" if pairs < cases else ""
+    told = [f"{pairs} of {cases} cases have it in both arms"] if pairs < cases else []
+    if abs(float(np.mean(scenes)) - test.value) > max(margin, abs(test.value)):
+        share = float(np.abs(scenes).max() / np.abs(scenes).sum())
+        told.append(f"the mean differs by {np.mean(scenes):+.3g}; one scene makes {100 * share:.0f} % of it")
+    return "; ".join(told)

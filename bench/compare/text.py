@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bench.compare.result import ArmComparison, Row, Verdict
+from bench.compare.result import ArmComparison, Row, Verdict, by_case
 
 SIGNS: dict[Verdict, str] = {
     "worse": "✗",
@@ -13,28 +13,52 @@ SIGNS: dict[Verdict, str] = {
     "inconclusive": "?",
     "not comparable": "!",
 }
-HEADS = ("metric", "base", "new", "difference", "95 % interval", "margin", "p (Holm)", "effect", "verdict")
+HEADS = (
+    "metric", "baseline", "new", "difference", "interval", "margin", "probability", "these cases", "verdict",
+)  # fmt: skip
+"""Of the table's columns; *probability* is the p-value, corrected by Holm."""
 
 
 def cells(row: Row) -> tuple[str, ...]:
     """A row as text, one cell per head in :data:`HEADS`."""
     unit = {"1": " %", "count": ""}.get(row.unit, f" {row.unit}")
-    star = "" if row.gated else " ·"
+    kind = "" if row.metric == "failures" else f", {row.typical}"
+    points = " points" if row.unit == "1" and not math.isnan(row.difference) else ""
     return (
-        f"{row.title}{unit}{star}",
+        f"{row.title}{kind}{unit}{'' if row.gated else ' ·'}",
         number(row.base, row.unit),
         number(row.new, row.unit),
-        number(row.difference, row.unit, sign=True),
-        f"{number(row.low, row.unit, sign=True)} … {number(row.high, row.unit, sign=True)}",
-        f"±{number(row.margin, row.unit)}",
+        f"{number(row.difference, row.unit, sign=True)}{points}",
+        _interval(row),
+        f"±{number(row.margin, row.unit)}{points}",
         p_value(row.p_holm),
-        "–" if math.isnan(row.effect) else f"{row.effect:+.2f}",
+        here(row),
         f"{SIGNS[row.verdict]} {row.verdict}{_aside(row)}",
     )
 
 
+def here(row: Row) -> str:
+    """How many of these cases went which way by more than the margin."""
+    if not row.pairs:
+        return "–"
+    counts = ((row.worse_cases, "worse"), (row.better_cases, "better"))
+    told = ", ".join(f"{count} {word}" for count, word in counts if count)
+    return f"{told} of {row.pairs}" if told else f"none of {row.pairs}"
+
+
+def _interval(row: Row) -> str:
+    if not (math.isfinite(row.low) and math.isfinite(row.high)):
+        return "–" if math.isnan(row.low) else "too few scenes"
+    if row.low == row.high:
+        return number(row.low, row.unit, sign=True)
+    ends = (number(end, row.unit, sign=True) for end in (row.low, row.high))
+    return f"{' to '.join(ends)} ({100 * row.level:.3g} %)"
+
+
 def _aside(row: Row) -> str:
-    """What is certain though it does not matter."""
+    """What is certain though it does not matter, and what is a fact though no test can say it."""
+    if row.verdict == "inconclusive" and row.every:
+        return f" ({row.every} in every case)"
     return f" (a little {row.seen})" if row.verdict == "equivalent" and row.seen else ""
 
 
@@ -51,7 +75,7 @@ def number(value: float, unit: str, *, sign: bool = False) -> str:
 
 
 def p_value(p: float) -> str:
-    """A p-value, never written as nought."""
+    """A p-value, never written as zero."""
     if math.isnan(p):
         return "–"
     return "<0.001" if p < 0.001 else f"{p:.3f}"
@@ -60,8 +84,10 @@ def p_value(p: float) -> str:
 def remarks(arm: ArmComparison) -> list[str]:
     """What is to be said beside the table: burrs, failures, cases left out."""
     burrs = arm.burrs
-    counts = f"{burrs.both} found by both, {burrs.lost} lost, {burrs.gained} gained, {burrs.neither} missed"
-    lines = [f"burrs: {counts} by both; McNemar's exact p = {p_value(burrs.p)}"]
+    counts = f"{burrs.both} found by both, {len(burrs.lost)} lost, {len(burrs.gained)} gained"
+    lines = [f"burrs: {counts}, {burrs.neither} missed by both"]
+    lines += [f"lost: {case}: {names}" for case, names in by_case(burrs.lost).items()]
+    lines += [f"gained: {case}: {names}" for case, names in by_case(burrs.gained).items()]
     for title, failed in (
         ("newly failed", arm.newly_failed),
         ("newly fixed", arm.newly_fixed),
@@ -70,7 +96,7 @@ def remarks(arm: ArmComparison) -> list[str]:
         lines += [f"{title}: {case.case}: {case.error}" for case in failed]
     for title, cases in (
         ("not comparable, the scene is another one", arm.changed),
-        ("not comparable, only in the base", arm.only_base),
+        ("not comparable, only in the baseline", arm.only_base),
         ("only in the new run", arm.only_new),
     ):
         lines += [f"{title}: {case}" for case in cases]
@@ -83,6 +109,6 @@ def _notes(arm: ArmComparison) -> list[str]:
     """What is to be known of rows, those with the same note together."""
     titles: dict[str, list[str]] = {}
     for row in arm.rows:
-        if row.note and row.metric != "burr_found":
+        if row.note:
             titles.setdefault(row.note, []).append(row.title)
     return [f"{', '.join(names)}: {note}" for note, names in titles.items()]

@@ -54,20 +54,3 @@ def _failed_value(values: Floats, name: str, margin: float) -> float:
     if metric.better == "higher":
         return float(known.min()) - margin
     return float(known.max()) + margin
-
-
-def burr_outcomes(pairing: Pairing) -> tuple[Bools, Bools]:
-    """Found or missed, (M,) each: every true burr of every pair. A failed case found none of its burrs.
-
-    Where both arms failed nobody has counted the burrs, and there is nothing to compare.
-    """
-    base, new = [], []
-    for left, right in zip(pairing.base, pairing.new, strict=True):
-        count = max(len(left.burrs), len(right.burrs))
-        base += _found(left, count)
-        new += _found(right, count)
-    return np.array(base, dtype=bool), np.array(new, dtype=bool)
-
-
-def _found(record: Record, count: int) -> list[bool]:
-    return [bool(burr["found"]) for burr in record.burrs] or [False] * count

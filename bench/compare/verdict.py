@@ -1,37 +1,45 @@
-"""From an interval to a verdict."""
+"""From tests to verdicts: what a difference means for other scenes."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from bench.compare.holm import holm
+from bench.compare.flips import FlipTest
+from bench.compare.holm import holm, holm_levels
 from bench.compare.result import Row, Seen, Verdict
 
 ALPHA = 0.05
+"""Chance of any false verdict among all gated metrics of a comparison."""
 
 
-def decide(
-    difference: float, low: float, high: float, *, p: float, margin: float, better: Literal["higher", "lower"]
-) -> Verdict:
-    """The verdict on a difference, new minus base.
+@dataclass(frozen=True)
+class Draft:
+    """A row that waits for its level; ``test`` is None where a fact has settled it, or nothing could.
 
-    - *equivalent*: the whole 95 % interval lies within the margin. A difference may be certain and yet too
-      small to matter; then this is still the word for it.
-    - *worse*, *better*: else, when zero is outside the interval and the p-value, corrected for all gated
-      metrics, is at most 0.05.
+    ``scale`` turns the test's number per scene into the row's unit.
+    """
+
+    row: Row
+    test: FlipTest | None = None
+    scale: float = 1.0
+
+
+def decide(low: float, high: float, *, margin: float, better: Literal["higher", "lower"]) -> Verdict:
+    """The verdict on a difference, new minus base; the interval alone says it.
+
+    - *equivalent*: the whole interval lies within the margin. A difference may be certain and yet too small
+      to matter; then this is still the word for it.
+    - *worse*, *better*: else, when zero is outside the interval.
     - *inconclusive*: else. More scenes would tell.
 
     Parameters
     ----------
-    difference, low, high
-        Difference and interval in the metric's unit; NaN where there is nothing to compare.
-    p
-        Corrected p-value.
+    low, high
+        Interval in the metric's unit; NaN where there is nothing to compare.
     margin
         In the metric's unit; with a margin of zero only an interval of no width is equivalent.
     better
@@ -40,34 +48,51 @@ def decide(
     """
     if -margin <= low and high <= margin:
         return "equivalent"
-    return seen(difference, low, high, p=p, better=better) or "inconclusive"
+    return seen(low, high, better=better) or "inconclusive"
 
 
-def seen(difference: float, low: float, high: float, *, p: float, better: Literal["higher", "lower"]) -> Seen:
+def seen(low: float, high: float, *, better: Literal["higher", "lower"]) -> Seen:
     """Which way a difference certainly goes, large or small; the parameters are those of :func:`decide`."""
-    if p > ALPHA or low <= 0.0 <= high or not low <= high:
-        return ""
-    return "better" if (difference > 0.0) == (better == "higher") else "worse"
+    if low > 0.0 or high < 0.0:
+        return "better" if (low > 0.0) == (better == "higher") else "worse"
+    return ""
 
 
-def judged(rows: Sequence[Row]) -> list[Row]:
-    """Rows with corrected p-values and verdicts. The gated ones are one family for Holm's correction.
+def judged(drafts: Sequence[Draft]) -> list[Row]:
+    """Rows with intervals and verdicts. The metrics that a margin gates are one family for Holm's correction.
 
-    Rows that are settled already, by a fact or because they cannot be compared, are no tests.
+    Each is tested at the level where Holm's procedure tests it, and its interval is that very test turned
+    round at that very level. Rows that a fact has settled, or that cannot be compared, are no tests. Nor are
+    those in which no scene differs: no choice of signs could reject there (Tarone, Biometrics 46, 1990).
     """
-    family = [row.p for row in rows if row.gated and _is_test(row)]
-    adjusted = iter(holm(np.array(family)).tolist())
-    return [_judged(row, adjusted) if _is_test(row) else row for row in rows]
+    family = [draft.test.p() for draft in drafts if draft.row.tested and draft.test and draft.test.speaks]
+    p_values = np.array(family, dtype=float)
+    corrected = iter(zip(holm(p_values), holm_levels(p_values, ALPHA), strict=True))
+    rows = []
+    for draft in drafts:
+        if draft.test is None or not draft.test.speaks:
+            rows.append(_unmoved(draft.row) if draft.test and draft.test.scenes else draft.row)
+            continue
+        p_holm, level = next(corrected) if draft.row.tested else (draft.test.p(), ALPHA)
+        rows.append(_judged(draft, draft.test, float(p_holm), float(level)))
+    return rows
 
 
-def _judged(row: Row, adjusted: Iterator[float]) -> Row:
-    p = next(adjusted) if row.gated else row.p
-    ends = (row.difference, row.low, row.high)
-    verdict = decide(*ends, p=p, margin=row.margin, better=row.better)
-    if verdict == "inconclusive" and row.every:
-        verdict = row.every
-    return replace(row, p_holm=p, verdict=verdict, seen=seen(*ends, p=p, better=row.better))
+def _unmoved(row: Row) -> Row:
+    """A metric that is the same in every scene."""
+    return replace(row, low=0.0, high=0.0, p=1.0, p_holm=1.0, verdict="equivalent")
 
 
-def _is_test(row: Row) -> bool:
-    return not math.isnan(row.p)
+def _judged(draft: Draft, test: FlipTest, p_holm: float, level: float) -> Row:
+    row = draft.row
+    low, high = (draft.scale * end for end in test.interval(level))
+    return replace(
+        row,
+        low=low,
+        high=high,
+        level=1.0 - level,
+        p=test.p(),
+        p_holm=p_holm,
+        verdict=decide(low, high, margin=row.margin, better=row.better),
+        seen=seen(low, high, better=row.better),
+    )

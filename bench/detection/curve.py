@@ -123,7 +123,7 @@ def to_scale(size: Floats, scale: Scale) -> Floats:
 
 
 def from_scale(x: float, scale: Scale) -> float:
-    """Back to a size; a size below nought is nought, NaN stays NaN."""
+    """Back to a size; a size below zero is zero, NaN stays NaN."""
     with np.errstate(over="ignore"):
         return float(np.exp(x)) if scale == "log" else float(np.maximum(x, 0.0))
 

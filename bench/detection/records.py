@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from bench.compare.interval import scene_estimate
+from bench.compare.flips import mean_test
+from bench.compare.verdict import ALPHA
 from bench.detection.curve import PodCurve, Scale, Share, shares
 from bench.detection.hit_miss import fit_hit_miss
 from bench.detection.signal import fit_signal
@@ -168,7 +169,7 @@ def _false_calls(records: Sequence[Record]) -> tuple[float, tuple[float, float],
     scenes: dict[str, list[float]] = {}
     for record in records:
         if record.failure is None:
-            key = str({k: v for k, v in record.parameters.items() if k != "seed"})
-            scenes.setdefault(key, []).append(record.metrics["false_calls"])
-    estimate = scene_estimate(np.array([np.mean(calls) for calls in scenes.values()]))
-    return estimate.value, (max(estimate.low, 0.0), estimate.high), sum(map(len, scenes.values()))
+            scenes.setdefault(record.scene_hash, []).append(record.metrics["false_calls"])
+    test = mean_test(np.array([np.mean(calls) for calls in scenes.values()]))
+    low, high = test.interval(ALPHA)
+    return test.value, (max(low, 0.0), high), sum(map(len, scenes.values()))

@@ -121,9 +121,9 @@ def _checked(size: Floats, response: Floats, threshold: float, scale: Scale, *, 
     known = np.asarray(response, float)
     seen: Bools = np.isfinite(known) & (known >= threshold)
     if not np.isfinite(x).all() or len(np.unique(x)) < 2 or seen.sum() < 3:
-        raise InputError("a signal response needs at least three burrs found and two sizes above nought")
+        raise InputError("a signal response needs at least three burrs found and two sizes above zero")
     if scale == "log" and threshold <= 0.0:
-        raise InputError("the threshold must be above nought on a log scale")
+        raise InputError("the threshold must be above zero on a log scale")
     y = np.full(len(x), np.nan)
     y[seen] = np.log(known[seen]) if scale == "log" else known[seen]
     return _Data(x, y, float(np.log(threshold)) if scale == "log" else threshold, hidden)

@@ -1,94 +1,107 @@
-"""How often a comparison is wrong, and how often it is right: A/A runs and planted regressions.
+"""How often a comparison is wrong, and how small a regression it sees: the power table.
 
-    python -m bench.experiments.ab_error_rates [COMPARISONS]
+    python -m bench.experiments.ab_error_rates [COMPARISONS [SCENES]]
 
-Each comparison draws two made-up runs that vary like real ones (:mod:`bench.experiments.synthetic`), compares
-them, and then again with one metric of the new run made worse by 1, 0.5 and 0.25 of its margin. A minute or
-two per 100 comparisons.
+A/A: two looks of the same algorithm at the same scenes; any gated metric called worse or better is a false
+verdict. Power: the same with something planted in one arm; *seen* means that a gate broke on that metric.
+Records are drawn from real ones (:mod:`bench.experiments.synthetic`). Five minutes for 200 comparisons.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from bench.compare import Row, compare_runs
+from bench.compare import Comparison, compare_runs
 from bench.compare.margins import MARGINS
-from bench.compare.pairs import arm_of, pair
-from bench.compare.rows import FOUND, burr_row, metric_row
-from bench.compare.verdict import judged
-from bench.experiments.synthetic import NAMES, alike, planted
+from bench.experiments.synthetic import CALLS, FOUND, NAMES, alike, blinded, planted
 from bench.run.directory import Run
 
-SIZES = (1.0, 0.5, 0.25)
-SUITES = ((8, 2), (40, 3), (120, 3))
-"""Scenes and seeds: like ``quick``, like ``standard``, three times as many."""
+LOST = (1.0, 0.5, 0.25)
+"""Shares of the burrs found that are taken out."""
 
+SIZES = (1.0, 0.5)
+"""Planted changes, in margins."""
 
-@dataclass(frozen=True)
-class Rates:
-    """Counts over comparisons.
+_BY_LOT = (FOUND, CALLS)
+"""What is planted by lot, so that it is worth a look without other noise as well: any other change is then
+one number in every scene, and seen for certain."""
 
-    Parameters
-    ----------
-    false_verdicts, false_seen
-        A/A comparisons in which any gated metric is called worse or better; is seen to be.
-    caught
-        For each metric and size: verdicts on that metric, and how often it was ``"seen"`` to be worse.
-
-    """
-
-    false_verdicts: int
-    false_seen: int
-    caught: Mapping[tuple[str, float], Counter[str]]
+Plant = Callable[[Run, np.random.Generator], Run]
 
 
 def main() -> None:
-    """Print rates for suites of several sizes."""
+    """Print the table."""
     comparisons = int(sys.argv[1]) if len(sys.argv) > 1 else 200
-    for scenes, seeds in SUITES:
-        rates = error_rates(comparisons, scenes=scenes, seeds=seeds)
-        print(f"{scenes} scenes x {seeds} seeds, {comparisons} A/A comparisons:", end=" ")
-        print(f"{rates.false_verdicts} with a false verdict, {rates.false_seen} seen falsely")
-        print("seen to be worse / gate broken, at", *SIZES, "of the margin")
-        for name in NAMES:
-            told = (_told(rates.caught[name, size], comparisons) for size in SIZES)
-            print(f"  {name:<18}", "   ".join(told), flush=True)
+    scenes = int(sys.argv[2]) if len(sys.argv) > 2 else 24
+    print(f"{scenes} scenes, {comparisons} comparisons each; other noise in the second arm, the same noise")
+    for name, count in (
+        ("A/A, any false verdict", false_verdicts),
+        ("A/A, any 'a little' as well", false_seen),
+    ):
+        false = [count(comparisons, scenes=scenes, same_noise=same) for same in (False, True)]
+        print(f"{name:<34}", *(f"{number / comparisons:7.3f}" for number in false), flush=True)
+    for name, metric, plant in plants():
+        shares = [
+            seen(comparisons, metric, plant, scenes=scenes, same_noise=same) / comparisons
+            for same in ((False, True) if metric in _BY_LOT else (False,))
+        ]
+        print(f"{name:<34}", *(f"{share:7.3f}" for share in shares), flush=True)
 
 
-def _told(counts: Counter[str], comparisons: int) -> str:
-    return f"{counts['seen'] / comparisons:.2f} / {counts['worse'] / comparisons:.2f}"
+def plants() -> Iterator[tuple[str, str, Plant]]:
+    """What is planted, and in which metric it must be seen."""
+    for share in LOST:
+        yield f"{100 * share:g} % of the burrs lost", FOUND, _blinding(share)
+    for name in NAMES:
+        for size in SIZES:
+            yield f"{name}, {size:g} margins", name, _planting(name, size * MARGINS[name])
 
 
-def error_rates(
-    comparisons: int, *, scenes: int, seeds: int, sizes: Sequence[float] = SIZES, names: Iterable[str] = NAMES
-) -> Rates:
-    """Count false verdicts on runs that are alike, and verdicts on planted regressions."""
-    false = Counter[str]()
-    caught = {(name, size): Counter[str]() for name in names for size in sizes}
+def _blinding(share: float) -> Plant:
+    return lambda run, random: replace(
+        run, records=tuple(blinded(record, share, random) for record in run.records)
+    )
+
+
+def _planting(name: str, amount: float) -> Plant:
+    return lambda run, random: planted(run, name, amount, random)
+
+
+def false_verdicts(comparisons: int, *, scenes: int, same_noise: bool = False) -> int:
+    """A/A comparisons in which any gated metric is called worse or better, or any gate broke."""
+    told = _alike(comparisons, scenes=scenes, same_noise=same_noise)
+    return sum(
+        one.worse or any(row.verdict in {"worse", "better"} for row in one.arms[0].rows if row.gated)
+        for one in told
+    )
+
+
+def false_seen(comparisons: int, *, scenes: int, same_noise: bool = False) -> int:
+    """A/A comparisons in which the interval of any gated metric leaves out zero, within its margin or not."""
+    told = _alike(comparisons, scenes=scenes, same_noise=same_noise)
+    return sum(any(row.seen for row in one.arms[0].rows if row.gated) for one in told)
+
+
+def _alike(comparisons: int, *, scenes: int, same_noise: bool) -> Iterator[Comparison]:
     for number in range(comparisons):
-        random = np.random.default_rng((number, scenes, seeds))
-        base, new = alike(random, scenes=scenes, seeds=seeds)
-        rows = [row for row in compare_runs(base, new).arms[0].rows if row.gated]
-        false["verdict"] += any(row.verdict in {"worse", "better"} for row in rows)
-        false["seen"] += any(row.seen for row in rows)
-        for (name, size), counts in caught.items():
-            row = _judged(base, planted(new, name, size * MARGINS[name], random), name, rows)
-            counts.update([row.verdict, *(["seen"] if row.seen == "worse" else [])])
-    return Rates(false["verdict"], false["seen"], caught)
+        random = np.random.default_rng((number, scenes))
+        yield compare_runs(*alike(random, scenes=scenes, same_noise=same_noise))
 
 
-def _judged(base: Run, new: Run, name: str, rows: Sequence[Row]) -> Row:
-    """The row of one metric that was made worse, judged among the others as they were."""
-    pairing = pair(*(arm_of(run, "algorithm", "") for run in (base, new)))
-    make = burr_row if name == FOUND else metric_row
-    row = make(pairing, name, margin=MARGINS[name], gated=True)
-    others = [row if old.metric == name else old for old in rows]
-    return next(r for r in judged(others) if r.metric == name)
+def seen(comparisons: int, metric: str, plant: Plant, *, scenes: int, same_noise: bool = False) -> int:
+    """Comparisons in which a gate broke on the metric that was made worse."""
+    states = Counter[bool]()
+    for number in range(comparisons):
+        random = np.random.default_rng((number, scenes))
+        base, new = alike(random, scenes=scenes, same_noise=same_noise)
+        told = compare_runs(base, plant(new, random))
+        states[any(gate.state == "broken" and gate.metric == metric for gate in told.gates)] += 1
+    return states[True]
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""Real A/A records: every case of a suite scanned twice under the same light with other noise.
+"""Real A/A records: every case of a suite scanned four times under the same light with other noise.
 
-They tell how much a metric varies from scene to scene, from seed to seed and from one look to the next,
-which is what the other experiments draw their records from. Writes ``repeats.csv`` beside this file:
+They tell how much a metric varies from scene to scene and from one look to the next, which is what the other
+experiments draw their records from. Writes ``repeats.csv`` beside this file:
 
-    python -m bench.experiments.repeats [SUITE]
+    python -m bench.experiments.repeats [SUITE [VARIANT]]
 
-One process; about 15 minutes for ``quick``.
+One process; about six minutes for ``quick``.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from bench.score.burrs import burr_tables
 from bench.score.evidence import Evidence
 from bench.score.metrics import METRICS, measure
 from bench.suites.case import Case
@@ -31,36 +32,38 @@ from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
 
 REPEATS = Path(__file__).with_name("repeats.csv")
-"""What :func:`main` writes: one row per scene, seed, variant and repeat."""
+"""What :func:`main` writes: one row per scene, seed and look; ``found`` has a 1 or 0 for each true burr."""
+
+LOOKS = 4
 
 
 def main() -> None:
     """Scan, and write the table."""
     suite = load_suite(sys.argv[1] if len(sys.argv) > 1 else "quick")
-    rows = list(_rows(suite))
+    name = sys.argv[2] if len(sys.argv) > 2 else "adaptive"
+    variant = next(variant for variant in suite.variant if variant.name == name)
+    rows = list(_rows(suite, variant))
     with written_whole(REPEATS) as beside, beside.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["scene", "seed", "variant", "repeat", *METRICS])
+        writer.writerow(["scene", "seed", "look", "found", *METRICS])
         writer.writerows(rows)
 
 
-def _rows(suite: Suite) -> Iterator[list[str]]:
+def _rows(suite: Suite, variant: Variant) -> Iterator[list[str]]:
     for case in expand(suite):
         print(case.id, flush=True)
         simulation = simulate(scene_from(case.document, source=case.id))
-        for repeat in range(2):
-            noisy = replace(
-                simulation, identity=entropy(content_hash({"case": case.identity, "repeat": repeat}))
-            )
-            yield from (_row(case, variant, repeat, noisy) for variant in suite.variant)
+        for look in range(LOOKS):
+            identity = entropy(content_hash({"case": case.identity, "repeat": look}))
+            yield _row(case, variant, look, replace(simulation, identity=identity))
 
 
-def _row(case: Case, variant: Variant, repeat: int, simulation: Simulation) -> list[str]:
+def _row(case: Case, variant: Variant, look: int, simulation: Simulation) -> list[str]:
     scene = ",".join(f"{key}={value}" for key, value in case.parameters.items() if key != "seed")
-    outcome = run(simulation.scanner(), pipeline_of(variant))
-    values = measure(Evidence(simulation.truth, outcome))
-    cells = [f"{value:.6g}" if math.isfinite(value) else "" for value in values.values()]
-    return [scene, str(case.seed), variant.name, str(repeat), *cells]
+    evidence = Evidence(simulation.truth, run(simulation.scanner(), pipeline_of(variant)))
+    found = "".join(str(int(burr["found"])) for burr in burr_tables(evidence))
+    cells = [f"{value:.6g}" if math.isfinite(value) else "" for value in measure(evidence).values()]
+    return [scene, str(case.seed), str(look), found, *cells]
 
 
 if __name__ == "__main__":

@@ -1,17 +1,15 @@
 """Made-up runs that vary like real ones: no rendering, known differences.
 
-A metric is drawn as ``mean + scene + seed + look`` on a scale where that is fair: logit for shares, log for
-errors, log(1 + x) for counts. The spreads are estimated from ``repeats.csv`` (see
-:mod:`bench.experiments.repeats`), where each case was looked at twice. Two arms share scene and seed and have
-a look each.
+A scene is drawn from the real ones of ``repeats.csv`` (:mod:`bench.experiments.repeats`), with replacement,
+and each arm gets one of its real looks with *all* of that look's metrics and burrs. So heavy tails, ties,
+whole numbers and what goes together are those of real records; no distribution is assumed.
 """
 
 from __future__ import annotations
 
 import csv
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,125 +22,82 @@ from bench.run.directory import Run, RunDirectory
 from bench.run.records import Record
 from bench.score.metrics import METRICS
 from bench.suites.suite import Suite, Variant
-from burrscan.arrays import Floats
 
 NAMES = tuple(name for name in GATED if name != FAILURES)
-FOUND = "burr_found"
-_OF_FOUND = ("burr_angle_deg", "burr_height_mm")
-_EDGE = 1e-5  # of a share, whose logit would be infinite
+FOUND, CALLS = "burr_found", "false_calls"
 
 
 @dataclass(frozen=True)
-class Spread:
-    """Mean and standard deviations of a metric on its own scale: scenes, their seeds, looks of a seed."""
+class Look:
+    """One real look at one real scene: its metrics, and which of its burrs were found."""
 
-    mean: float
-    scene: float
-    seed: float
-    look: float
-
-    def draw(self, random: np.random.Generator, scenes: int, seeds: int) -> Floats:
-        """Values (2 arms, scenes, seeds) on the metric's scale."""
-        shared = self.scene * random.standard_normal((1, scenes, 1))
-        shared = shared + self.seed * random.standard_normal((1, scenes, seeds))
-        looks: Floats = self.mean + shared + self.look * random.standard_normal((2, scenes, seeds))
-        return looks
+    metrics: Mapping[str, float]
+    found: tuple[bool, ...]
 
 
-@lru_cache(maxsize=4)
-def spreads(variant: str = "adaptive") -> Mapping[str, Spread]:
-    """Spreads of the gated metrics, from the real records of a variant."""
+@lru_cache(maxsize=1)
+def real_looks() -> tuple[tuple[Look, ...], ...]:
+    """Every real scene's looks."""
+    scenes: dict[tuple[str, str], list[Look]] = {}
     with REPEATS.open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["variant"] == variant]
-    return {name: _spread(name, rows) for name in NAMES}
+        for row in csv.DictReader(file):
+            metrics = {name: float(row[name]) if row[name] else math.nan for name in METRICS}
+            look = Look(metrics, tuple(mark == "1" for mark in row["found"]))
+            scenes.setdefault((row["scene"], row["seed"]), []).append(look)
+    return tuple(map(tuple, scenes.values()))
 
 
-def _spread(name: str, rows: list[dict[str, str]]) -> Spread:
-    """Nested analysis of variance by moments: looks within seeds within scenes."""
-    cases: dict[tuple[str, str], list[float]] = {}
-    for row in rows:
-        if row[name]:
-            cases.setdefault((row["scene"], row["seed"]), []).append(scaled(name, float(row[name])))
-    looks = float(np.mean([np.var(values, ddof=1) for values in cases.values() if len(values) > 1]))
-    scenes: dict[str, list[float]] = {}
-    for (scene, _), values in cases.items():
-        scenes.setdefault(scene, []).append(float(np.mean(values)))
-    within = float(np.mean([np.var(values, ddof=1) for values in scenes.values() if len(values) > 1]))
-    means = np.array([np.mean(values) for values in scenes.values()])
-    between = max(float(means.var(ddof=1)) - within / 2.0, 0.0)
-    seeds = max(within - looks / 2.0, 0.0)
-    return Spread(float(means.mean()), math.sqrt(between), math.sqrt(seeds), math.sqrt(looks))
-
-
-def scaled(name: str, value: float) -> float:
-    """A value on the scale where spreads are estimated."""
-    unit = METRICS[name].unit
-    if unit == "1":
-        share = min(max(value, _EDGE), 1.0 - _EDGE)
-        return math.log(share / (1.0 - share))
-    return math.log1p(value) if unit == "count" else math.log(max(value, 1e-9))
-
-
-def unscaled(name: str, values: Floats) -> Floats:
-    """Back to the metric's unit; counts are whole."""
-    unit = METRICS[name].unit
-    if unit == "1":
-        return np.asarray(1.0 / (1.0 + np.exp(-values)), np.float64)
-    if unit == "count":
-        return np.asarray(np.round(np.maximum(np.expm1(values), 0.0)), np.float64)
-    return np.asarray(np.exp(values), np.float64)
-
-
-def alike(random: np.random.Generator, *, scenes: int, seeds: int) -> tuple[Run, Run]:
-    """Two runs of the same algorithm that differ by their looks alone."""
-    drawn = {name: unscaled(name, spread.draw(random, scenes, seeds)) for name, spread in spreads().items()}
-    drawn[FOUND] = _found(random, scenes, seeds)
-    for name in _OF_FOUND:
-        drawn[name] = np.where(drawn[FOUND] > 0.0, drawn[name], np.nan)
-    return _run("base", drawn, 0), _run("new", drawn, 1)
-
-
-def _found(random: np.random.Generator, scenes: int, seeds: int) -> Floats:
-    """Found (1) or missed (0), (2, scenes, seeds): 9 of 10, and scenes are much more alike than seeds."""
-    ease = Spread(1.28 * math.sqrt(2.5), 1.0, 0.7, 1.0).draw(random, scenes, seeds)
-    return (ease > 0.0).astype(float)
+def alike(random: np.random.Generator, *, scenes: int, same_noise: bool = False) -> tuple[Run, Run]:
+    """Two runs of the same algorithm on scenes drawn: with other noise in each arm, or with the same."""
+    looks = real_looks()
+    drawn = [looks[k] for k in random.integers(0, len(looks), scenes)]
+    chosen = [random.permutation(len(some))[:2] for some in drawn]
+    arms = [[some[k[arm]] for some, k in zip(drawn, chosen, strict=True)] for arm in (0, 1)]
+    return _run("base", arms[0], ""), _run("new", arms[0 if same_noise else 1], "" if same_noise else "'")
 
 
 def planted(run: Run, name: str, amount: float, random: np.random.Generator) -> Run:
-    """The run with one metric made worse by ``amount`` in its unit, on average over cases."""
-    sign = 1.0 if METRICS[name].better == "lower" else -1.0
-    change: Callable[[float], float] = lambda value: value + sign * amount  # noqa: E731
+    """The run with one metric made worse by ``amount`` in its unit, on average over cases.
+
+    An error or a share changes by that much in every case. A burr found is lost by lot, and by lot a case has
+    one more false call.
+    """
+    return replace(run, records=tuple(_worse(record, name, amount, random, run) for record in run.records))
+
+
+def _worse(record: Record, name: str, amount: float, random: np.random.Generator, run: Run) -> Record:
     if name == FOUND:
-        found = np.mean([record.metrics[FOUND] for record in run.records])
-        change = lambda value: float(value > 0.0 and random.random() >= amount / found)  # noqa: E731
-    return replace(run, records=tuple(_changed(record, name, change) for record in run.records))
+        found = float(np.mean([r.metrics[FOUND] for r in run.records]))
+        return blinded(record, min(amount / found, 1.0), random)
+    if name == CALLS:
+        change = float(random.random() < amount)
+    else:
+        change = amount if METRICS[name].better == "lower" else -amount
+    return replace(record, metrics={**record.metrics, name: record.metrics[name] + change})
 
 
-def _changed(record: Record, name: str, change: Callable[[float], float]) -> Record:
-    metrics = {**record.metrics, name: change(record.metrics[name])}
-    return replace(record, metrics=metrics, burrs=({"found": metrics[FOUND] > 0.0},))
+def blinded(record: Record, share: float, random: np.random.Generator) -> Record:
+    """The record with each burr that was found lost with a chance of ``share``."""
+    marks = tuple(bool(burr["found"]) and random.random() >= share for burr in record.burrs)
+    metrics = {**record.metrics, FOUND: float(np.mean(marks))}
+    return replace(record, metrics=metrics, burrs=tuple({"found": mark} for mark in marks))
 
 
-def _run(label: str, drawn: Mapping[str, Floats], arm: int) -> Run:
-    shape = drawn[FOUND].shape[1:]
-    records = tuple(_records(drawn, arm, *shape))
+def _run(label: str, looks: Sequence[Look], noise: str) -> Run:
+    records = tuple(
+        Record(
+            case=f"scene={number}",
+            variant="algorithm",
+            parameters={"scene": number},
+            scene_hash=str(number),
+            identity=f"{number}{noise}",
+            metrics=look.metrics,
+            burrs=tuple({"found": mark} for mark in look.found),
+        )
+        for number, look in enumerate(looks)
+    )
     definitions = {name: {"version": 1, "unit": m.unit, "better": m.better} for name, m in METRICS.items()}
     suite = Suite("made-up", {}, (Variant("algorithm"),))
     cases = [{"id": record.case} for record in records]
     manifest = {"metrics": definitions, "cases": cases, "sessions": [], "suite_hash": "0"}
     return Run(RunDirectory(Path(label)), suite, 0, manifest, records)
-
-
-def _records(drawn: Mapping[str, Floats], arm: int, scenes: int, seeds: int) -> Iterator[Record]:
-    for scene, seed in itertools.product(range(scenes), range(seeds)):
-        metrics = {name: float(values[arm, scene, seed]) for name, values in drawn.items()}
-        case = f"scene={scene},seed={seed}"
-        yield Record(
-            case=case,
-            variant="algorithm",
-            parameters={"scene": scene, "seed": seed},
-            scene_hash=case,
-            identity=case,
-            metrics=metrics,
-            burrs=({"found": metrics[FOUND] > 0.0},),
-        )

@@ -211,4 +211,10 @@ def _burr_row(title: str, unit: str, burrs: Sequence[Mapping[str, Any]], key: st
 def _verdict(burr: Mapping[str, Any]) -> Cell:
     if not burr:
         return Cell("failed")
-    return Cell("✓ found") if burr["found"] else Cell("✗ missed")
+    return Cell(f"{'✓ found' if burr['found'] else '✗ missed'}{_measured(burr)}")
+
+
+def _measured(burr: Mapping[str, Any]) -> str:
+    """How much of what is in sight was measured; nothing where nobody knows."""
+    visible, covered = burr.get("visible_mm"), burr.get("covered_mm")
+    return f", {100.0 * covered / visible:.0f} % measured" if visible and covered is not None else ""

@@ -80,7 +80,7 @@ def generatrix(true_zr_mm: Floats, found_zr_mm: Mapping[str, Floats]) -> Markup:
 
     """
     seen = np.concatenate([*found_zr_mm.values()] or [true_zr_mm])
-    axes = Axes(padded(seen[:, 0]), padded(seen[:, 1]), "along the axis, mm", "from the axis, mm", 230.0)
+    axes = Axes(padded(seen[:, 0]), padded(seen[:, 1]), "along the axis, mm", "radius, mm", 230.0)
     curves = [axes.line(curve, f"curve {css}") for css, curve in found_zr_mm.items()]
     return axes.svg([axes.line(true_zr_mm, "truth"), *curves], "generatrix found and true")
 

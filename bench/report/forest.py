@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
-from bench.compare.rows import FOUND
-from bench.compare.text import SIGNS, number, p_value
+from bench.compare.text import SIGNS, here, number
+from bench.score.metrics import metric_named
+from bench.score.summary import typical
 
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0
@@ -27,10 +29,12 @@ class ForestRow:
     title: str
     unit: str
     gated: bool
+    typical: str
     margin: str
     base: str
     new: str
     difference: str
+    here: str
     interval: str
     verdict: str
     css: str
@@ -62,7 +66,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     """Each note once, with the metrics that it is about."""
     titles: dict[str, list[str]] = {}
     for row in rows:
-        if row.note and row.metric != FOUND:  # of burrs, McNemar's test says more
+        if row.note:
             titles.setdefault(row.note, []).append(row.title)
     return tuple(f"{', '.join(names)}: {note}." for note, names in titles.items())
 
@@ -72,11 +76,14 @@ def _row(row: Row, reach: float) -> ForestRow:
         title=row.title,
         unit=shown_unit(row.unit),
         gated=row.gated,
-        margin=f"±{shown(row.margin, row.unit)}",
+        typical="" if row.metric == FAILURES else row.typical,
+        margin=f"±{shown(row.margin, row.unit)}{points(row.unit)}",
         base=shown(row.base, row.unit),
         new=shown(row.new, row.unit),
-        difference=shown(row.difference, row.unit, sign=True),
+        difference=f"{shown(row.difference, row.unit, sign=True)}{points(row.unit)}",
+        here=here(row),
         interval=f"{shown(row.low, row.unit, sign=True)} to {shown(row.high, row.unit, sign=True)}"
+        f" ({100 * row.level:.3g} %)"
         if math.isfinite(row.low) and row.low < row.high
         else "",
         verdict=row.verdict,
@@ -88,15 +95,13 @@ def _row(row: Row, reach: float) -> ForestRow:
 
 
 def by_every_case(row: Row) -> bool:
-    """Whether the verdict stands on all cases going one way by more than the margin, not on the interval."""
-    return row.verdict in {"worse", "better"} and row.verdict == row.every and not row.seen
+    """Whether there are too few scenes for a verdict, but all cases went one way by more than the margin."""
+    return row.verdict == "inconclusive" and bool(row.every)
 
 
 def _aside(row: Row) -> str:
     if by_every_case(row):
-        return "in every case"
-    if row.verdict == "inconclusive" and (row.low > 0.0 or row.high < 0.0):
-        return f"corrected p {p_value(row.p_holm)}"
+        return f"{row.every} in every case"
     return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
 
 
@@ -106,7 +111,7 @@ def shown(value: float, unit: str, *, sign: bool = False) -> str:
 
 
 def signed(text: str, *, sign: bool) -> str:
-    """A number's text with a true minus, a plus where signs are wanted; nought has neither."""
+    """A number's text with a true minus, a plus where signs are wanted; zero has neither."""
     if not any(digit in "123456789" for digit in text):
         return text.removeprefix("-") if any(letter.isdigit() for letter in text) else text
     return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
@@ -117,8 +122,20 @@ def shown_unit(unit: str) -> str:
     return {"1": "%", "count": ""}.get(unit, unit)
 
 
+def headed(name: str, *, difference: bool = False) -> str:
+    """What stands behind a title: mean or median, and the unit, points for a difference of shares."""
+    unit = metric_named(name).unit
+    words = (typical(name), "points" if difference and unit == "1" else shown_unit(unit))
+    return ", ".join(word for word in words if word)
+
+
+def points(unit: str) -> str:
+    """What a difference of shares is in, after the number; nothing for other units."""
+    return " points" if unit == "1" else ""
+
+
 def _in_margins(value: float, row: Row) -> float:
-    """Better is positive; a margin of nought counts as one."""
+    """Better is positive; a margin of zero counts as one."""
     sign = 1.0 if row.better == "higher" else -1.0
     return sign * value / (row.margin or 1.0)
 
@@ -133,7 +150,7 @@ def reach_of(margins: Sequence[float]) -> float:
 
 
 def place(margins: float, reach: float) -> float:
-    """Horizontal place of a value: near nought the axis is even, far from it logarithmic (arsinh)."""
+    """Horizontal place of a value: near zero the axis is even, far from it logarithmic (arsinh)."""
     share = math.asinh(margins) / math.asinh(reach)
     return WIDTH / 2 + min(max(share, -1.0), 1.0) * (WIDTH / 2 - _SIDE)
 

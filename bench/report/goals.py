@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.report.forest import shown, shown_unit
+from bench.report.forest import headed, shown
 from bench.run import Run
 from bench.score.goals import GoalRow, goal_rows
 from bench.score.metric import Metric, within
@@ -67,7 +67,7 @@ def _line(rows: Sequence[GoalRow]) -> GoalLine:
     metric = metric_named(rows[0].goal.metric)
     return GoalLine(
         metric.title,
-        shown_unit(metric.unit),
+        headed(metric.name),
         _where(rows[0]),
         rows[0].variant,
         _wanted(rows[0], metric.unit),

@@ -27,10 +27,18 @@ class Change:
 def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
     """The gated metrics that are worse, then those that are better, the most margins first."""
     found = [
-        (arm, row) for arm in arms for row in arm.rows if row.gated and row.verdict in {"worse", "better"}
+        (arm, row)
+        for arm in arms
+        for row in arm.rows
+        if row.gated and (row.verdict in {"worse", "better"} or by_every_case(row))
     ]
-    found.sort(key=lambda item: (item[1].verdict != "worse", -_margins(item[1])))
+    found.sort(key=lambda item: (_way(item[1]) != "worse", -_margins(item[1])))
     return tuple(_change(row, arm.new if len(arms) > 1 else "") for arm, row in found[:_MOST])
+
+
+def _way(row: Row) -> str:
+    """Which way it went: for other scenes, or else in every case here."""
+    return row.every if by_every_case(row) else row.verdict
 
 
 def _margins(row: Row) -> float:
@@ -41,9 +49,9 @@ def _change(row: Row, arm: str) -> Change:
     return Change(
         arm,
         within(row.title),
-        row.verdict,
+        _way(row),
         shown(row.difference, row.unit, sign=True),
-        shown_unit(row.unit),
+        "points" if row.unit == "1" else shown_unit(row.unit),
         _sure(row),
     )
 
@@ -52,7 +60,57 @@ def _sure(row: Row) -> str:
     if by_every_case(row):
         return f"in all {row.pairs} cases"
     low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
-    return f"95 %: {low} to {high}" if row.low < row.high else ""
+    return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""
+
+
+def winner(arms: Sequence[ArmComparison], *, base: str = "", new: str = "") -> str:
+    """Who wins, in one sentence, by gated metrics: one of two, the best of many variants, or nobody.
+
+    Parameters
+    ----------
+    arms
+        Variants against the first of them, or each variant of one run against itself in another.
+    base, new
+        The two runs, where there are two.
+
+    """
+    ways = [_ways(arm) for arm in arms]
+    if len({arm.base for arm in arms}) == 1 and len(arms) > 1:
+        return _best(arms, ways)
+    better, worse = (sum(counts) for counts in zip(*ways, strict=True))
+    new, base = (new, base) if len(arms) > 1 else (arms[0].new, arms[0].base)
+    if better and not worse:
+        return f"{new} wins against {base}: {_score(better, worse)}."
+    if worse and not better:
+        return f"{base} wins against {new}, which is worse in {_metrics(worse)}."
+    if better:
+        return f"Neither wins outright: {new} is {_score(better, worse)} than {base}."
+    return f"Neither wins: {new} and {base} differ in no gated metric that a test can tell."
+
+
+def _best(arms: Sequence[ArmComparison], ways: Sequence[tuple[int, int]]) -> str:
+    """Of many variants against one."""
+    first = max(range(len(arms)), key=lambda number: ways[number][0] - ways[number][1])
+    better, worse = ways[first]
+    if better > worse:
+        return f"{arms[first].new} does best against {arms[first].base}: {_score(better, worse)}."
+    return f"{arms[first].base} wins: no other is better in more metrics than it is worse in."
+
+
+def _ways(arm: ArmComparison) -> tuple[int, int]:
+    """Gated metrics that are better, and worse; one whose gate is broken by a fact is not better."""
+    broken = {gate.metric for gate in arm.gates if gate.state == "broken"}
+    gated = [row for row in arm.rows if row.gated]
+    better = sum(_way(row) == "better" and row.metric not in broken for row in gated)
+    return better, sum(_way(row) == "worse" or row.metric in broken for row in gated)
+
+
+def _score(better: int, worse: int) -> str:
+    return f"better in {_metrics(better)}, worse in {worse or 'none'}"
+
+
+def _metrics(count: int) -> str:
+    return f"{count} gated metric{'' if count == 1 else 's'}"
 
 
 def ranking(arms: Sequence[ArmComparison]) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bench.compare.margins import margin_of
-from bench.report.forest import shown, shown_unit, signed
+from bench.report.forest import headed, shown, signed
 from bench.report.sides import Panel
 from bench.run import Record
 from bench.score.metrics import metric_named
@@ -146,7 +146,7 @@ def _values(panel: Panel, name: str, keys: Sequence[Key], key: Callable[[Record]
             for k, value in zip(keys, row, strict=True)
         }
         label = side.label if len(panel.sides) > 1 else ""
-        tables.append(_table(metric.title, metric.unit, label, side.css, keys, cells))
+        tables.append(_table(metric.title, headed(name), label, side.css, keys, cells))
     return tables
 
 
@@ -168,7 +168,7 @@ def _differences(
         cells[k] = _cell(theirs.get(k, ()), value, metric.unit, css, _strength(worse), sign=True)
     if not any(cell.text != "–" for cell in cells.values()):
         return []
-    return [_table(metric.title, metric.unit, "", "", keys, cells)]
+    return [_table(metric.title, headed(name, difference=True), "", "", keys, cells)]
 
 
 def _strength(margins: float) -> float:
@@ -213,4 +213,4 @@ def _table(
     down = list(dict.fromkeys(a for a, _ in keys))
     across = list(dict.fromkeys(b for _, b in keys))
     rows = tuple((a, tuple(cells[a, b] for b in across)) for a in down)
-    return HeatTable(title, shown_unit(unit), side, css, tuple(across) if across != [""] else (), rows)
+    return HeatTable(title, unit, side, css, tuple(across) if across != [""] else (), rows)

@@ -13,14 +13,14 @@ import jinja2
 from markupsafe import Markup
 
 from bench.compare import Comparison, compare_runs
-from bench.compare.margins import FAILURES, gates_of
-from bench.compare.result import ArmComparison
+from bench.compare.margins import FAILURES, gates_of, margin_of
+from bench.compare.result import ArmComparison, by_case
 from bench.report import pictures, summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
 from bench.report.goals import goals
-from bench.report.headline import changes, ranking
+from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
 from bench.report.matrix import matrix
@@ -100,7 +100,8 @@ def _packed(words: str) -> str:
 
 def _run_content(run: Run) -> dict[str, Any]:
     panel = Panel("", sides_of(run), _arms(run))
-    margins = {name: margin for name, margin in gates_of(run.suite, {}).items() if name != FAILURES}
+    gates = gates_of(run.suite, {})
+    margins = {name: margin_of(name, own=gate.margin) for name, gate in gates.items() if name != FAILURES}
     return {
         "kicker": "run",
         "title": run.suite.title or run.suite.name,
@@ -116,7 +117,10 @@ def _sentences(run: Run, panel: Panel) -> tuple[str, ...]:
     if not run.records:
         return ()
     if len(panel.arms) > 1:
-        return (ranking(panel.arms),)
+        return winner(panel.arms), ranking(panel.arms)
+    if panel.arms:
+        pair_of_names = [side.variant for side in panel.sides]
+        return winner(panel.arms), summary.verdict(run.records, pair_of_names)
     return (summary.verdict(run.records, [side.variant for side in panel.sides]),)
 
 
@@ -127,7 +131,10 @@ def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str
         "kicker": "comparison",
         "title": f"{comparison.base} → {comparison.new}",
         "description": new.suite.title,
-        "sentences": (comparison.sentence(),),
+        "sentences": (
+            *([winner(comparison.arms, base=comparison.base, new=comparison.new)] if comparison.arms else []),
+            comparison.sentence(),
+        ),
         "state": {0: "good", 1: "bad", 2: "odd"}[comparison.exit_code],
         "differs": comparison.provenance,
         **_content(
@@ -168,6 +175,7 @@ def _content(
         "failures": (missing := failures(panels)),
         "failed": sum(len(item["cases"]) for item in missing),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
+        "by_case": by_case,
         "metrics": [metric_named(name) for name in names],
         "stage_names": STAGES,
         "shown_unit": summary.shown_unit,

@@ -80,19 +80,34 @@ class Panel:
 def sides_of(run: Run) -> tuple[Side, ...]:
     """Every variant of a run."""
     return tuple(
-        Side(variant.name, f"v{number % 9}", run, variant.name)
-        for number, variant in enumerate(run.suite.variant)
+        Side(variant.name, colour_of(run, variant.name), run, variant.name) for variant in run.suite.variant
     )
 
 
+def colour_of(run: Run, variant: str) -> str:
+    """The style class of a variant's colour: the same on every page of a suite."""
+    names = [one.name for one in run.suite.variant]
+    return f"v{names.index(variant) % 9}"
+
+
 def paired_panels(base: Run, new: Run, arms: Sequence[ArmComparison]) -> tuple[Panel, ...]:
-    """A panel per comparison: the base and the new arm."""
+    """A panel per comparison: the base and the new arm.
+
+    The new arm has its variant's colour, the base too where it is another variant; else the base is grey.
+    """
     return tuple(
         Panel(
             f"{arm.base} → {arm.new}" if len(arms) > 1 else "",
-            (Side(arm.base, "v0", base, arm.base_variant), Side(arm.new, "v1", new, arm.new_variant)),
+            (
+                Side(arm.base, _base_colour(base, arm), base, arm.base_variant),
+                Side(arm.new, colour_of(new, arm.new_variant), new, arm.new_variant),
+            ),
             (arm,),
             paired=True,
         )
         for arm in arms
     )
+
+
+def _base_colour(base: Run, arm: ArmComparison) -> str:
+    return "before" if arm.base_variant == arm.new_variant else colour_of(base, arm.base_variant)

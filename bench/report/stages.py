@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from bench.budget import BudgetRow, budget_rows
-from bench.report.forest import shown, shown_unit
+from bench.report.forest import headed, shown
 from bench.report.sides import Panel, Side
 from bench.score.metrics import metric_named
 
@@ -72,7 +72,7 @@ def _metric(name: str, rows: Sequence[tuple[Side, BudgetRow]], stages: Sequence[
         for (side, row), cost in zip(rows, costs, strict=True)
         if math.isfinite(row.left["none"])
     )
-    return StageMetric(metric.title, shown_unit(metric.unit), bars)
+    return StageMetric(metric.title, headed(name), bars)
 
 
 def _bar(

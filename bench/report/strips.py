@@ -16,10 +16,10 @@ from bench.report.forest import (
     axis,
     band,
     diamond,
+    headed,
     place,
     reach_of,
     shown,
-    shown_unit,
     upright,
 )
 from bench.report.sides import Side
@@ -79,7 +79,7 @@ def _row(records: Sequence[Record], name: str, values: Floats, reach: float) -> 
     failed = any(record.failure for record in records)
     return StripRow(
         metric.title,
-        shown_unit(metric.unit),
+        headed(name),
         f"±{shown(margin_of(name), metric.unit)}",
         shown(summarise(name, records), metric.unit),
         f"{low} to {high}" if low != high else low,

@@ -10,8 +10,9 @@ import numpy as np
 
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
-from bench.score.summary import summarise, value_of
+from bench.score.summary import summarise, typical, value_of
 
+_FEWEST = 6
 _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same
 
 
@@ -32,6 +33,8 @@ class Row:
     unit: str
     cells: tuple[Cell, ...]
     note: str = ""
+    typical: str = ""
+    """Mean or median, where the numbers are either."""
 
 
 def of_variant(records: Iterable[Record], variant: str) -> list[Record]:
@@ -60,7 +63,23 @@ def score_row(parts: Sequence[Sequence[Record]], name: str) -> Row:
     values = [summarise(name, part) for part in parts]
     texts = [number(value, metric.unit) for value in values]
     best = max if metric.better == "higher" else min
-    return Row(metric.title, shown_unit(metric.unit), _cells(values, texts, best), metric.description)
+    if not _enough([_known(part, name) for part in parts]):
+        values = [math.nan] * len(values)
+    cells = _cells(values, texts, best)
+    return Row(metric.title, shown_unit(metric.unit), cells, metric.description, typical(name))
+
+
+def _known(records: Sequence[Record], name: str) -> int:
+    """How many cases have a value; a failed one counts as the worst."""
+    return sum(not math.isnan(value_of(record, name)) for record in records)
+
+
+def _enough(counts: Sequence[int]) -> bool:
+    """Whether one side may be called the best: each has enough cases, and not far fewer than another.
+
+    Fewer than six could not be told apart by any test of signs at 5 %.
+    """
+    return min(counts, default=0) >= max(_FEWEST, max(counts, default=0) / 2)
 
 
 def metric_names(run: Run) -> tuple[str, ...]:
@@ -69,12 +88,30 @@ def metric_names(run: Run) -> tuple[str, ...]:
 
 
 def time_rows(parts: Sequence[Sequence[Record]]) -> tuple[Row, ...]:
-    """Median wall time of each stage over each part's cases, seconds, and the sum of these."""
+    """Median wall time of each stage over each part's cases, seconds; sums of rendering and of the rest."""
     stages = list(dict.fromkeys(stage for part in parts for record in part for stage in record.timings_s))
     times = {stage: [_median_time(part, stage) for part in parts] for stage in stages}
-    rows = [_time_row(stage.removesuffix("_s").replace("_", " "), values) for stage, values in times.items()]
-    sums = [float(np.nansum([values[k] for values in times.values()])) for k in range(len(parts))]
-    return (*rows, _time_row("all stages", sums)) if rows else ()
+    rendered = {stage: values for stage, values in times.items() if stage in RENDERED}
+    inspected = {stage: values for stage, values in times.items() if stage not in RENDERED}
+    rows = [
+        row
+        for some, word in ((rendered, "rendering"), (inspected, "algorithm"))
+        if some
+        for row in (*_stage_rows(some), _time_row(f"{word}, together", _sums(some, len(parts))))
+    ]
+    return (*rows, _time_row("all stages", _sums(times, len(parts)))) if rows else ()
+
+
+RENDERED = ("wheel", "transport", "truth")
+"""Stages that make the pictures; the others are the algorithm under test and what is checked of it."""
+
+
+def _stage_rows(times: Mapping[str, Sequence[float]]) -> list[Row]:
+    return [_time_row(stage.removesuffix("_s").replace("_", " "), values) for stage, values in times.items()]
+
+
+def _sums(times: Mapping[str, Sequence[float]], sides: int) -> list[float]:
+    return [float(np.nansum([values[k] for values in times.values()])) for k in range(sides)]
 
 
 def _median_time(records: Sequence[Record], stage: str) -> float:
@@ -126,15 +163,32 @@ def scanned(records: Iterable[Record]) -> bool:
 
 
 def _alone(records: Sequence[Record], name: str) -> str:
+    if all(record.failure for record in records):
+        return f"{name} has no result in any of {_count(len(records), 'case')}."
     found, there = burrs_found(records, true_burrs(records))
     covered = summarise("coverage", records)
     measured = (
-        f"has its axis within {number(summarise('axis_deg', records), 'deg')} deg in the median case"
+        _axis_phrase(records)
         if not scanned(records)
         else f"measures {_percent(covered)} of the measurable pixels"
     )
-    burrs = f" and finds {found} of {there} burrs" if there else ""
+    burrs = f" and finds {_of(found, there)}" if there else ""
     return f"{name} {measured}{burrs} in {_count(len(records), 'case')}."
+
+
+def _axis_phrase(records: Sequence[Record]) -> str:
+    """How near the axis is; an axis that is across says nothing of how near."""
+    axis = summarise("axis_deg", records)
+    if not axis < _ACROSS_DEG:
+        return "does not find the axis in the median case"
+    return f"has its axis within {number(axis, 'deg')} deg in the median case"
+
+
+_ACROSS_DEG = 45.0
+
+
+def _of(found: int, there: int) -> str:
+    return f"{found} of {_count(there, 'burr')}" if found else f"none of {_count(there, 'burr')}"
 
 
 def _against(records: Sequence[Record], first: str, other: str) -> str:
@@ -149,8 +203,10 @@ def _against(records: Sequence[Record], first: str, other: str) -> str:
 
 def _accuracy_phrase(ours: Sequence[Record], theirs: Sequence[Record], name: str, other: str) -> str:
     if not scanned(ours):
-        axes = [f"{number(summarise('axis_deg', part), 'deg')} deg" for part in (ours, theirs)]
-        return f"{name} has its axis within {axes[0]} in the median case ({other}: {axes[1]})"
+        return f"{name} {_axis_phrase(ours)}; {other} {_axis_phrase(theirs)}"
+    failed = [who for who, part in ((name, ours), (other, theirs)) if all(r.failure for r in part)]
+    if failed:
+        return f"{' and '.join(failed)} {'has' if len(failed) == 1 else 'have'} no result in any case"
     points = (summarise("coverage", ours) - summarise("coverage", theirs)) * 100
     ahead = sum(
         value_of(x, "coverage") > value_of(y, "coverage") + _COMPARED_SHARE
@@ -159,8 +215,8 @@ def _accuracy_phrase(ours: Sequence[Record], theirs: Sequence[Record], name: str
     direction = "more" if points >= 0 else "less"
     return (
         f"{name} measures {_percent(summarise('coverage', ours))} of the measurable pixels, "
-        f"{abs(points):.1f} points {direction} than {other}, and is ahead in {ahead} of "
-        f"{_count(len(ours), 'case')}"
+        f"{abs(points):.1f} points {direction} than {other}"
+        + (f", and is ahead in {ahead} of {_count(len(ours), 'case')}" if ahead else "")
     )
 
 
@@ -170,7 +226,7 @@ def _burr_phrase(
     (found, burrs), (their_found, _) = burrs_found(ours, there), burrs_found(theirs, there)
     calls, their_calls = summarise("false_calls", ours), summarise("false_calls", theirs)
     return (
-        f"it finds {found} of {burrs} burrs ({other}: {their_found}), "
+        f"it finds {_of(found, burrs)} ({other}: {their_found or 'none'}), "
         f"with {number(calls, 'count')} false calls a case ({other}: {number(their_calls, 'count')})"
     )
 

@@ -16,7 +16,7 @@ from bench.score.metric import within
 from bench.score.metrics import METRICS, metric_named
 from bench.score.summary import value_of
 
-_SMALLEST_MARGIN = 1e-9  # a margin of nought would make every case stand out without end
+_SMALLEST_MARGIN = 1e-9  # a margin of zero would make every case stand out without end
 
 
 @dataclass(frozen=True)

@@ -15,47 +15,42 @@ from bench.score.part import MeshEvidence
 from burrscan.errors import InputError
 from burrscan.variants import attribute, suggest
 
-_ISSUE = "burrscan, issue 2"
-_ISSUE_3 = "burrscan, issue 3"
-_ISSUE_4 = "burrscan, issue 4"
-_ISSUE_11 = "burrscan, issue 11"
+_OURS = "burrscan"
 _SEED = "Claes, Koninckx, Bruyninckx, Automatic burr detection on surfaces of revolution, section 5.2"
 _POD = "MIL-HDBK-1823A (hit/miss)"
 
 _SCAN = (
-    Metric("coverage", "Coverage", "1", "higher", 1, _ISSUE, scan.coverage, 0.0),
-    Metric("wrong_rate", "Wrong pixels", "1", "lower", 1, _ISSUE, scan.wrong_rate, 1.0),
-    Metric("depth_rms_mm", "Depth RMS", "mm", "lower", 1, _ISSUE, scan.depth_rms_mm, math.inf),
-    Metric("u_rms_px", "Column RMS", "px", "lower", 1, _ISSUE_3, scan.u_rms_px, math.inf),
-    Metric("bound_ratio", "RMS / bound", "1", "lower", 1, _ISSUE_3, scan.bound_ratio, math.inf),
-    Metric("pull_spread", "Pulls", "1", "lower", 1, _ISSUE_3, scan.pull_spread, math.nan),
-    Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _ISSUE, burrs.burr_coverage, 0.0),
-    Metric("frames", "Frames", "count", "lower", 1, _ISSUE, scan.frames, math.nan),
-    Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _ISSUE, scan.saturated_share, 1.0),
+    Metric("coverage", "Coverage", "1", "higher", 1, _OURS, scan.coverage, 0.0),
+    Metric("wrong_rate", "Wrong pixels", "1", "lower", 1, _OURS, scan.wrong_rate, 1.0),
+    Metric("depth_rms_mm", "Depth RMS", "mm", "lower", 1, _OURS, scan.depth_rms_mm, math.inf),
+    Metric("u_rms_px", "Column RMS", "px", "lower", 1, _OURS, scan.u_rms_px, math.inf),
+    Metric("bound_ratio", "RMS / bound", "1", "lower", 1, _OURS, scan.bound_ratio, math.inf),
+    Metric("pull_spread", "Pulls", "1", "lower", 1, _OURS, scan.pull_spread, math.nan),
+    Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _OURS, burrs.burr_coverage, 0.0),
+    Metric("frames", "Frames", "count", "lower", 1, _OURS, scan.frames, math.nan),
+    Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _OURS, scan.saturated_share, 1.0),
 )
 _BLEMISHES = (
-    Metric(
-        "blemish_calls", "On blemishes", "count", "lower", 1, _ISSUE_11, blemishes.blemish_calls, math.inf
-    ),
+    Metric("blemish_calls", "On blemishes", "count", "lower", 1, _OURS, blemishes.blemish_calls, math.inf),
     *(
-        Metric(f"calls_{kind}", title, "count", "lower", 1, _ISSUE_11, blemishes.calls_on(kind), math.inf)
+        Metric(f"calls_{kind}", title, "count", "lower", 1, _OURS, blemishes.calls_on(kind), math.inf)
         for kind, title in zip(
             blemishes.KINDS, ("On stains", "On bright spots", "On scratches", "On chatter"), strict=True
         )
     ),
 )
 _PART = (
-    Metric("axis_deg", "Axis angle", "deg", "lower", 1, _ISSUE, shape.axis_deg, 90.0),
-    Metric("axis_bound_deg", "Axis bound", "deg", "lower", 1, _ISSUE_4, shape.axis_bound_deg, math.nan),
-    Metric("axis_off", "Axis off", "1", "lower", 1, _ISSUE_4, shape.axis_off, 1.0),
-    Metric("axis_held", "95 % held", "1", "higher", 1, _ISSUE_4, shape.axis_held, 0.0),
-    Metric("axis_offset_mm", "Axis offset", "mm", "lower", 1, _ISSUE, shape.axis_offset_mm, math.inf),
-    Metric("generatrix_rms_mm", "Curve RMS", "mm", "lower", 1, _ISSUE, shape.generatrix_rms_mm, math.inf),
+    Metric("axis_deg", "Axis angle", "deg", "lower", 1, _OURS, shape.axis_deg, 90.0),
+    Metric("axis_bound_deg", "Axis bound", "deg", "lower", 1, _OURS, shape.axis_bound_deg, math.nan),
+    Metric("axis_off", "Axis off", "1", "lower", 1, _OURS, shape.axis_off, 1.0),
+    Metric("axis_held", "95 % held", "1", "higher", 1, _OURS, shape.axis_held, 0.0),
+    Metric("axis_offset_mm", "Axis offset", "mm", "lower", 1, _OURS, shape.axis_offset_mm, math.inf),
+    Metric("generatrix_rms_mm", "Curve RMS", "mm", "lower", 1, _OURS, shape.generatrix_rms_mm, math.inf),
     Metric("band_mm", "Curve band", "mm", "lower", 1, _SEED, shape.band_mm, math.inf),
     Metric("burr_found", "Burrs found", "1", "higher", 1, _POD, burrs.burr_found, 0.0),
-    Metric("burr_angle_deg", "Burr angle", "deg", "lower", 1, _ISSUE, burrs.burr_angle_deg, math.inf),
-    Metric("burr_height_mm", "Burr height", "mm", "lower", 1, _ISSUE, burrs.burr_height_mm, math.inf),
-    Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _ISSUE, burrs.burr_extent_mm, math.inf),
+    Metric("burr_angle_deg", "Burr angle", "deg", "lower", 1, _OURS, burrs.burr_angle_deg, math.inf),
+    Metric("burr_height_mm", "Burr height", "mm", "lower", 1, _OURS, burrs.burr_height_mm, math.inf),
+    Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _OURS, burrs.burr_extent_mm, math.inf),
     Metric("false_calls", "False calls", "count", "lower", 1, _POD, burrs.false_calls, math.inf),
 )
 _ALL = (*_SCAN, *(replace(metric, needs="part") for metric in _PART), *_BLEMISHES)
@@ -65,7 +60,7 @@ METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
 
 HEADLINE = (
     "coverage", "wrong_rate", "depth_rms_mm", "axis_deg", "axis_offset_mm", "generatrix_rms_mm",
-    "burr_found", "burr_angle_deg", "burr_height_mm", "false_calls", "frames",
+    "burr_found", "burr_coverage", "burr_angle_deg", "burr_height_mm", "false_calls", "frames",
 )  # fmt: skip
 """The score table's columns where a suite names none."""
 

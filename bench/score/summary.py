@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -54,11 +55,19 @@ def score_table(records: Sequence[Record], metrics: Iterable[str], *, by: Sequen
     ]
 
 
+def typical(name: str) -> Literal["mean", "median"]:
+    """What sums up a metric over cases: errors (px, mm, deg) have medians, shares and counts have means.
+
+    One case that goes wrong can make an error a thousand times as large, and no share or count.
+    """
+    return "median" if metric_named(name).unit in {"px", "mm", "deg"} else "mean"
+
+
 def summarise(name: str, records: Iterable[Record]) -> float:
     """One metric over some records; see :func:`score_table`."""
     values = np.array([value_of(record, name) for record in records])
     known = values[~np.isnan(values)]
-    if metric_named(name).unit in {"px", "mm", "deg"}:
+    if typical(name) == "median":
         return float(np.median(known)) if known.size else np.nan
     known = known[np.isfinite(known)]
     return float(known.mean()) if known.size else np.nan

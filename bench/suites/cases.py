@@ -8,7 +8,7 @@ import itertools
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from bench.suites.case import Case
 from bench.suites.identity import content_hash, stream
@@ -22,6 +22,7 @@ POINT = "point"
 """The parameter that numbers the points of a random design."""
 
 _LONGEST_ID = 160
+_MOST_WORDS = 5  # of a table without a name: more of them are no name
 _HANDY_ID = 100  # beyond it values drawn are left to the case's parameters: its point's number names it
 _Point = tuple[dict[str, Any], dict[str, Any]]
 """Dotted path to value; and what is said of it to people."""
@@ -70,11 +71,13 @@ def chosen(cases: Sequence[Case], pattern: str) -> tuple[Case, ...]:
 
 
 def label(value: Any) -> str | float | int | bool:
-    """A swept value as people read it: plain values as they are, tables by their name, else by content."""
-    if isinstance(value, str | int | float | bool):
-        return value
+    """A swept value as people read it: plain values as they are, tables by their name or what they say."""
+    if _plain(value):
+        return cast("str | float | int | bool", value)
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
         return str(value["name"])
+    if isinstance(value, Mapping) and 0 < len(value) <= _MOST_WORDS and all(map(_plain, value.values())):
+        return "-".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value.values())  # a finish
     if isinstance(value, list | tuple) and all(isinstance(v, Mapping) and "kind" in v for v in value):
         return "+".join(_kind(v) for v in value) or "none"  # burrs, blemishes
     if isinstance(value, list | tuple) and len(value) <= 4 and all(isinstance(v, int | float) for v in value):
@@ -86,6 +89,10 @@ def _kind(table: Mapping[str, Any]) -> str:
     """A burr's kind, and its section where it is not the plain prism; a blemish's kind."""
     section = table.get("section", "triangle")
     return str(table["kind"]) if section == "triangle" else f"{table['kind']}-{section}"
+
+
+def _plain(value: Any) -> bool:
+    return isinstance(value, str | int | float | bool)
 
 
 def short(path: str | Path) -> str:

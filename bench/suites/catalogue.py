@@ -106,6 +106,11 @@ def _metric_problems(suite: Suite) -> Iterator[str]:
     for gate in suite.gate:
         if gate.metric not in {"failures", *METRICS, *suite.metrics}:
             yield f"gate: unknown metric '{gate.metric}': {suggest(gate.metric, ['failures', *METRICS])}"
+            continue
+        better = "lower" if gate.metric == "failures" else metric_named(gate.metric).better
+        for key, suits in (("floor", "higher"), ("ceiling", "lower")):
+            if getattr(gate, key) is not None and better != suits:
+                yield f"gate {gate.metric}: {key} is for metrics where {suits} is better; here {better} is"
 
 
 def _goal_problems(suite: Suite) -> Iterator[str]:

@@ -46,15 +46,20 @@ class Variant:
 
 @dataclass(frozen=True)
 class Gate:
-    """A metric that decides whether a new run may pass.
+    """A metric that decides whether a new run may pass; with several keys, each of them must hold.
 
     Parameters
     ----------
     metric
         Its name, or ``failures``.
     margin
-        Differences up to this do not matter, in the metric's unit; the usual margin where none is given
-        (:mod:`bench.compare.margins`).
+        Inference: what the paired differences mean for other scenes. Differences up to this do not matter, in
+        the metric's unit. Where no key is given it is the usual margin (:mod:`bench.compare.margins`).
+    lost
+        A fact: at most so many burrs may be lost (``burr_found``), or so many cases get worse by more than
+        the margin (any other metric). It is one where both arms saw the same noise.
+    floor, ceiling
+        The new run's own value, as the score table shows it, may not be below, or above.
 
     """
 
@@ -62,6 +67,14 @@ class Gate:
 
     metric: str
     margin: Annotated[float, Field(ge=0.0)] | None = None
+    lost: Annotated[int, Field(ge=0)] | None = None
+    floor: float | None = None
+    ceiling: float | None = None
+
+    @property
+    def infers(self) -> bool:
+        """Whether a margin judges: one is given, or nothing else is."""
+        return self.margin is not None or (self.lost, self.floor, self.ceiling) == (None, None, None)
 
 
 @dataclass(frozen=True)
@@ -173,6 +186,7 @@ class Suite:
     def document(self) -> dict[str, Any]:
         """The suite as plain tables, from which :func:`suite_from` makes an equal one."""
         tables = asdict(self)
+        tables["gate"] = [{k: v for k, v in gate.items() if v is not None} for gate in tables["gate"]]
         tables["variant"] = [{"name": v.name, **v.stages} for v in self.variant]
         for key in ("random", "condition"):  # a suite without them is written as it always was
             if not tables.pop(key):

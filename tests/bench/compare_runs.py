@@ -23,6 +23,7 @@ USUAL = {
     "axis_offset_mm": 0.01,
     "generatrix_rms_mm": 0.03,
     "burr_found": 1.0,
+    "burr_coverage": 0.95,
     "burr_angle_deg": 0.1,
     "burr_height_mm": 0.1,
     "false_calls": 1.0,
@@ -33,7 +34,7 @@ Change = Callable[[int, dict[str, float]], Mapping[str, float]]
 
 
 def written_run(folder: Path, *, change: Change = lambda _, metrics: metrics, **keys: Any) -> Run:
-    """A run of eight scenes with two seeds; ``change`` gets a case's number and metrics."""
+    """A run of eight finishes with two seeds, 16 scenes; ``change`` gets a case's number and metrics."""
     document = {
         "name": "tiny",
         "scene": {},
@@ -81,3 +82,9 @@ def with_failure(run: Run, number: int) -> Run:
         failure=Failure("pipeline", "ValueError: no light", "trace"),
     )
     return replace(run, records=(*run.records[:number], record, *run.records[number + 1 :]))
+
+
+def with_plain_seeds(run: Run) -> Run:
+    """The run with seeds that draw noise alone: eight scenes."""
+    records = tuple(replace(r, scene_hash=f"hash-{r.parameters['finish']}") for r in run.records)
+    return replace(run, records=records)

@@ -11,6 +11,7 @@ import pytest
 
 from bench.baselines import accept, accepted, history, newest
 from bench.cli import main
+from bench.cli.run import hopeless_variants
 from bench.compare import compare_runs
 from bench.run.directory import load_run
 from burrscan.errors import InputError
@@ -68,6 +69,10 @@ def test_history(tmp_path: Path) -> None:
     points = history("axis_deg", "tiny", baselines=tmp_path / "b")
     assert [point.values["mine"] for point in points] == pytest.approx([0.01, 0.02])
     assert [point.note for point in points] == ["step 1", "step 2"]
+    assert points[1].moved["mine"][0] == "worse"
+    assert points[1].moved["mine"][1] == pytest.approx(0.01)
+    assert (points[0].moved, points[0].halves["mine"]) == ({}, (0.01, 0.01))
+    assert history("depth_rms_mm", "tiny", baselines=tmp_path / "b")[1].moved == {}
     assert math.isnan(history("band_mm", "tiny", baselines=tmp_path / "b")[0].values["mine"])
     with pytest.raises(InputError, match="did you mean"):
         history("axis_degs", "tiny", baselines=tmp_path / "b")
@@ -82,3 +87,11 @@ def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert main(["history", "coverage", "--suite", "tiny", *options]) == 0
     assert "91.88" in capsys.readouterr().out
     assert main(["compare", str(tmp_path / "b" / "tiny"), str(tmp_path / "run")]) == 0
+
+
+def test_a_variant_without_any_result_is_named(tmp_path: Path) -> None:
+    run = written_run(tmp_path / "run", variant=[{"name": "a"}, {"name": "b"}])
+    assert hopeless_variants(run) == []
+    for number, record in enumerate(run.records):
+        run = with_failure(run, number) if record.variant == "b" else run
+    assert hopeless_variants(run) == ["b"]

@@ -200,7 +200,7 @@ def test_no_run_no_page(tmp_path: Path) -> None:
 def test_burr_tables_tell_missed_from_failed(tmp_path: Path) -> None:
     records = load_run(made_up_run(tmp_path / "run", fail=True, pictures=False)).records
     verdicts = [burr_tables(records[i : i + 2])[0].rows[0].cells[0].text for i in (0, 2, 4)]
-    assert verdicts == ["failed", "✗ missed", "✓ found"]
+    assert verdicts == ["failed", "✗ missed, 40 % measured", "✓ found, 55 % measured"]
 
 
 def test_a_signed_map_is_white_at_zero_blue_below_red_above_and_clear_where_unknown() -> None:
@@ -250,7 +250,7 @@ def test_a_single_variant_without_a_sweep_has_a_page(tmp_path: Path) -> None:
     manifest["cases"] = manifest["cases"][:1]
     (run / "run.json").write_text(json.dumps(manifest), "utf-8")
     page = Page(build_report(run).read_text("utf-8"))
-    assert "adaptive measures 93.0 % of the measurable pixels and finds 1 of 1 burrs in 1 case." in page.words
+    assert "adaptive measures 93.0 % of the measurable pixels and finds 1 of 1 burr in 1 case." in page.words
     assert "The suite sweeps nothing" in page.words
     assert len(page.pictures) == 2 + 6
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.compare import compare_runs
+from bench.compare import ArmComparison, GateOutcome, Verdict, compare_runs
 from bench.detection.hit_miss import fit_hit_miss
 from bench.report.forest import WIDTH, forest
 from bench.report.goals import goals
-from bench.report.headline import changes, ranking
+from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.matrix import matrix
 from bench.report.pod import told_sizes
-from bench.report.sides import Panel, sides_of
+from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.strips import strips
+from bench.report.summary import score_row, time_rows, verdict
 from bench.report.worst import worst_of
-from bench.run import load_run
+from bench.run import Record, load_run
 from tests.bench.report_run import made_up_run
 
 
@@ -124,15 +126,94 @@ def test_every_case_of_a_single_variant_is_a_dot_about_the_median(three: Panel) 
 
 
 def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> None:
-    """With too few scenes for a test all cases may decide, though the interval holds nought."""
+    """With too few scenes for a test all cases may decide, though the interval holds zero."""
     arm = three.arms[0]
     (row,) = (row for row in arm.rows if row.metric == "coverage")
     assert row.low < 0.0 < row.high
-    decided = replace(row, verdict="better", every="better")
-    tested = replace(row, verdict="better", seen="better", low=0.1, high=0.6)
+    decided = replace(row, verdict="inconclusive", every="better")
+    tested = replace(row, verdict="better", seen="better", low=0.1, high=0.6, level=0.995)
     (told,), (shown,) = (changes([replace(arm, rows=(one,))]) for one in (decided, tested))
     assert told.sure == f"in all {row.pairs} cases"
-    assert shown.sure == "95 %: +10.00 to +60.00"
-    assert forest(replace(arm, rows=(decided,))).rows[0].aside == "in every case"
-    unsure = replace(row, low=0.1, high=0.6, p_holm=0.08)
-    assert forest(replace(arm, rows=(unsure,))).rows[0].aside == "corrected p 0.080"
+    assert shown.sure == "99.5 %: +10.00 to +60.00"
+    assert forest(replace(arm, rows=(decided,))).rows[0].aside == "better in every case"
+
+
+def _with_verdicts(arm: ArmComparison, *verdicts: Verdict) -> ArmComparison:
+    gated = [row for row in arm.rows if row.gated][: len(verdicts)]
+    rows = tuple(replace(r, verdict=v, every="") for r, v in zip(gated, verdicts, strict=True))
+    return replace(arm, rows=rows, gates=())
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "words"),
+    [
+        (("better", "equivalent"), "adaptive wins against fixed: better in 1 gated metric, worse in none."),
+        (("worse", "worse"), "fixed wins against adaptive, which is worse in 2 gated metrics."),
+        (
+            ("better", "worse"),
+            "Neither wins outright: adaptive is better in 1 gated metric, worse in 1 than fixed.",
+        ),
+        (("equivalent", "inconclusive"), "Neither wins: adaptive and fixed differ in no gated metric"),
+    ],
+)
+def test_the_first_sentence_says_who_wins(three: Panel, verdicts: tuple[Verdict, ...], words: str) -> None:
+    assert winner([_with_verdicts(three.arms[0], *verdicts)]).startswith(words)
+
+
+def test_of_two_runs_of_many_variants_the_sum_decides_and_a_fact_counts(three: Panel) -> None:
+    arms = [replace(_with_verdicts(arm, "better"), base=f"{arm.new} (baseline)") for arm in three.arms]
+    words = winner(arms, base="before", new="after")
+    assert words == "after wins against before: better in 2 gated metrics, worse in none."
+    lost = GateOutcome("burr_found", "Burrs found", "lost", "broken", "1 burr(s) lost, 0 allowed")
+    found = next(row for row in arms[0].rows if row.gated)
+    one = replace(
+        arms[0], rows=(found, replace(found, metric="burr_found", verdict="inconclusive")), gates=(lost,)
+    )
+    assert winner([one]).startswith("Neither wins outright")
+
+
+def test_of_many_variants_the_best_is_named(three: Panel) -> None:
+    good, bad = _with_verdicts(three.arms[0], "better"), _with_verdicts(three.arms[1], "worse")
+    assert winner([good, bad]).startswith("adaptive does best against fixed")
+    assert winner([bad, bad]).startswith("fixed wins: no other")
+
+
+def test_a_variant_keeps_its_colour(three: Panel) -> None:
+    """In the run's page, in that of two of its variants, and in that of two runs."""
+    run = three.sides[0].run
+    colours = {side.variant: side.css for side in sides_of(run)}
+    (panel,) = paired_panels(run, run, compare_runs(run, run, variants=("again", "adaptive")).arms)
+    assert [side.css for side in panel.sides] == [colours["again"], colours["adaptive"]]
+    panels = paired_panels(run, run, compare_runs(run, run).arms)
+    assert [panel.sides[1].css for panel in panels] == list(colours.values())
+    assert {panel.sides[0].css for panel in panels} == {"before"}
+
+
+def test_bold_needs_enough_cases_on_each_side(three: Panel) -> None:
+    parts = [list(side.records.values()) for side in three.sides[:2]]
+    assert any(cell.best for cell in score_row(parts, "coverage").cells)
+    assert not any(cell.best for cell in score_row([part[:5] for part in parts], "coverage").cells)
+    without = [replace(r, metrics={**r.metrics, "axis_deg": math.nan}) for r in parts[1][:4]]
+    assert not any(cell.best for cell in score_row([parts[0], [*without, *parts[1][4:]]], "axis_deg").cells)
+
+
+def test_no_sentence_about_none_of_many_or_an_axis_across(three: Panel) -> None:
+    records = [replace(r, burrs=tuple({**b, "found": False} for b in r.burrs)) for r in three.records]
+    assert "finds none of" in verdict(records, ["fixed", "adaptive"])
+    assert not re.search(r"\b0 of", verdict(records, ["fixed", "adaptive"]))
+    assert "ahead in 0" not in verdict(records, ["adaptive", "adaptive"])
+    meshes = [
+        replace(r, failure=None, metrics={**r.metrics, "coverage": math.nan, "axis_deg": 90.0})
+        for r in records
+    ]
+    assert "does not find the axis" in verdict(meshes, ["adaptive"])
+    assert "90" not in verdict(meshes, ["fixed", "adaptive"])
+
+
+def test_rendering_and_algorithm_are_summed_apart() -> None:
+    record = Record(
+        "c", "v", {}, "", "", {}, timings_s={"wheel": 1.0, "transport": 2.0, "scan": 4.0, "axis": 8.0}
+    )
+    rows = {row.title: row.cells[0].value for row in time_rows([[record]])}
+    sums = [rows["rendering, together"], rows["algorithm, together"], rows["all stages"]]
+    assert sums == [3.0, 12.0, 15.0]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.suites.cases import expand
+from bench.score.matching import WITHIN_DEG
+from bench.suites.cases import expand, label
 from bench.suites.catalogue import load_suite, suite_names
 from bench.suites.suite import Suite, suite_from
 from burrscan.errors import InputError
@@ -35,10 +37,15 @@ def test_every_shipped_suite_loads(name: str) -> None:
 def test_the_quick_suite_is_what_the_brief_asks_for() -> None:
     quick = load_suite("quick")
     cases = expand(quick)
-    assert len({case.parameters["finish"] for case in cases}) >= 3
-    assert len({case.parameters["burr.height_mm"] for case in cases}) == 2
+    assert len({case.parameters["finish"] for case in cases}) == 4
+    assert len({case.scene_hash for case in cases}) == len(cases) == 24
     assert {variant.name for variant in quick.variant} == {"fixed", "adaptive"}
-    assert len(quick.seeds) == 2
+    assert next(gate.lost for gate in quick.gate if gate.metric == "burr_found") == 0
+    burrs = cases[0].document["burr"]
+    assert len({burr["height_mm"] for burr in burrs}) == len(burrs) == 6
+    for one, other in itertools.combinations(burrs, 2):
+        apart_mm = max(one["z_start_mm"], other["z_start_mm"]) - min(one["z_end_mm"], other["z_end_mm"])
+        assert abs(one["angle_deg"] - other["angle_deg"]) > 4 * WITHIN_DEG or apart_mm > 0.0
 
 
 def test_the_grid_runs_its_last_path_fastest_then_the_seeds() -> None:
@@ -168,3 +175,21 @@ def test_wheel_files_are_looked_for_beside_the_suite(tmp_path: Path) -> None:
     cases = expand(load_suite(tmp_path / "s.toml"))
     assert [case.parameters["wheel"] for case in cases] == ["mine", "paper"]
     assert cases[0].document["wheel"]["generatrix"][1] == [-9, 50]
+
+
+def test_a_finish_without_a_name_has_a_readable_one() -> None:
+    finish = {"texture": "isotropic", "metal": "steel", "alpha": 0.3}
+    assert label(finish) == "isotropic-steel-0.3"
+    assert label({"name": "ground", "alpha": 0.3}) == "ground"
+
+
+def test_a_floor_needs_a_metric_where_higher_is_better(tmp_path: Path) -> None:
+    path = tmp_path / "gates.toml"
+    path.write_text(
+        'name = "gates"\n[scene]\nbase = "paper"\n[[variant]]\nname = "v"\n'
+        '[[gate]]\nmetric = "axis_deg"\nfloor = 0.1\n[[gate]]\nmetric = "coverage"\nceiling = 0.9\n'
+    )
+    with pytest.raises(InputError) as caught:
+        load_suite(str(path))
+    assert "gate axis_deg: floor is for metrics where higher is better" in str(caught.value)
+    assert "gate coverage: ceiling is for metrics where lower is better" in str(caught.value)
