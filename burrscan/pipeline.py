@@ -15,17 +15,26 @@ from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.checks import axis_checks
 from burrscan.axis.face import FEWEST, checked_mesh
+from burrscan.axis.sense import in_sense
+from burrscan.burrs.agreement import agreed
 from burrscan.correspondence import Scan
 from burrscan.documents import STRICT
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
-from burrscan.inspection import Inspection
+from burrscan.inspection import Generatrix, Inspection
 from burrscan.scanner import Scanner
 from burrscan.surface import Surface
-from burrscan.variants import check_parameters, resolve
+from burrscan.variants import check_call, check_parameters, resolve
 from burrscan.welding import welded
 
 _NOTE = "raised in stage "
+_CALLS = {
+    "scan": (("scanner",), ()),
+    "axis": (("vertices_mm", "faces"), ("sigma_mm",)),
+    "generatrix": (("vertices_mm", "faces", "axis"), ("sigma_mm",)),
+    "burrs": (("vertices_mm", "faces", "axis", "generatrix"), ("sigma_mm",)),
+}
+"""By what every stage is called: arguments by place, arguments by name."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +99,14 @@ def stage_function(stage: Stage, kind: str) -> Callable[..., Any]:
     Raises
     ------
     InputError
-        For an unknown method or parameter.
+        For an unknown method or parameter, or a function that cannot be called as the stage calls it.
 
     """
     methods = importlib.import_module(f"burrscan.{kind}").METHODS
     function = resolve(stage.method, methods, stage=f"{kind} method")
-    check_parameters(function, stage.parameters, stage=f"{kind} method '{stage.method}'")
+    name = f"{kind} method '{stage.method}'"
+    check_parameters(function, stage.parameters, stage=name)
+    check_call(function, *_CALLS[kind], stage.parameters, stage=name)
     return functools.partial(function, **stage.parameters)
 
 
@@ -139,6 +150,7 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     check(pipeline)
     timings: dict[str, float] = {}
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
+    _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")
     surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig)
     inspection = inspect_surface(
         surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm
@@ -173,26 +185,17 @@ def inspect_surface(
     """
     vertices, used, sigma, row = _noted("surface", _usable, vertices_mm, faces, sigma_mm)
     timings: dict[str, float] = {}
-    axis = _timed(timings, "axis", stage_function(pipeline.axis, "axis"), vertices, used, sigma_mm=sigma)
-    generatrix = _timed(
-        timings,
-        "generatrix",
-        stage_function(pipeline.generatrix, "generatrix"),
-        vertices,
-        used,
-        axis,
-        sigma_mm=sigma,
-    )
-    burrs = _timed(
-        timings,
-        "burrs",
-        stage_function(pipeline.burrs, "burrs"),
-        vertices,
-        used,
-        axis,
-        generatrix,
-        sigma_mm=sigma,
-    )
+
+    def stage(kind: str, *given: Any) -> Any:
+        function = stage_function(getattr(pipeline, kind), kind)
+        return _timed(timings, kind, function, vertices, used, *given, sigma_mm=sigma)
+
+    axis = _noted("axis", in_sense, stage("axis"), method=pipeline.axis.method)
+    generatrix = stage("generatrix", axis)
+    _noted("generatrix", _typed, generatrix, Generatrix, f"generatrix method '{pipeline.generatrix.method}'")
+    frame = T_part_mesh(axis.point_mm, axis.direction)
+    found = stage("burrs", axis, generatrix)
+    burrs = _noted("burrs", agreed, found, frame, method=pipeline.burrs.method)
     start = time.perf_counter()
     deviation = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start
@@ -201,7 +204,7 @@ def inspect_surface(
         axis=axis,
         generatrix=generatrix,
         burrs=burrs,
-        T_part_mesh=T_part_mesh(axis.point_mm, axis.direction),
+        T_part_mesh=frame,
         deviation_mm=np.append(deviation, np.nan)[row],
         checks=checks,
         timings_s=timings,
@@ -240,6 +243,12 @@ def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:
     if sigma.shape not in {(), (count,)}:
         raise InputError(f"sigma_mm must be one number or one per vertex, ({count},), not {sigma.shape}")
     return np.array(np.broadcast_to(sigma, (count,)))
+
+
+def _typed(result: Any, wanted: type, method: str) -> None:
+    """Refuse what a stage returned if it is something else than it should be."""
+    if not isinstance(result, wanted):
+        raise InputError(f"{method}: must return a burrscan.{wanted.__name__}, not {type(result).__name__}")
 
 
 def _timed(

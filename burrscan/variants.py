@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from burrscan.errors import InputError
@@ -95,3 +95,38 @@ def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any]
     for key in parameters:
         if key not in known:
             raise InputError(f"{stage}: unknown parameter '{key}': {suggest(key, known)}")
+
+
+def check_call(
+    function: Callable[..., Any],
+    places: Sequence[str],
+    names: Sequence[str],
+    parameters: Mapping[str, Any],
+    *,
+    stage: str,
+) -> None:
+    """Refuse a function that cannot be called as its stage will call it, before anything runs.
+
+    Parameters
+    ----------
+    function
+        Anyone's.
+    places, names
+        What it is given by place, and by name.
+    parameters
+        What the user gives it by name, besides.
+    stage
+        For the message.
+
+    Raises
+    ------
+    InputError
+        Naming the call, what of it does not fit, and the signature found.
+
+    """
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*places, **dict.fromkeys(names), **parameters)
+    except TypeError as error:
+        call = ", ".join([*places, *(f"{name}=..." for name in (*names, *parameters))])
+        raise InputError(f"{stage}: cannot be called as ({call}): {error}; it is {signature}") from error
