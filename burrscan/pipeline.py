@@ -19,14 +19,17 @@ from burrscan.axis.sense import in_sense
 from burrscan.burrs.agreement import agreed
 from burrscan.correspondence import Scan
 from burrscan.documents import STRICT
+from burrscan.drawing import Sampled, sampled
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
-from burrscan.inspection import Generatrix, Inspection
+from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
 from burrscan.surface import Surface
 from burrscan.variants import check_call, check_parameters, resolve
 from burrscan.welding import welded
 
+Mesh = tuple[Floats, Ints32, Floats | None]
+"""Vertices, faces, standard deviations."""
 _NOTE = "raised in stage "
 _CALLS = {
     "scan": (("scanner",), ()),
@@ -171,7 +174,8 @@ def inspect_surface(
     pipeline
         Its axis, generatrix and burrs stages.
     sigma_mm
-        Stated standard deviation of the vertices, one or (V,).
+        Stated standard deviation of the vertices, one or (V,). A mesh without one whose facets are those of a
+        drawing is sampled before its generatrix and its burrs are looked for (:mod:`burrscan.drawing`).
 
     Raises
     ------
@@ -186,20 +190,23 @@ def inspect_surface(
     vertices, used, sigma, row = _noted("surface", _usable, vertices_mm, faces, sigma_mm)
     timings: dict[str, float] = {}
 
-    def stage(kind: str, *given: Any) -> Any:
+    def stage(kind: str, mesh: Mesh, *given: Any) -> Any:
         function = stage_function(getattr(pipeline, kind), kind)
-        return _timed(timings, kind, function, vertices, used, *given, sigma_mm=sigma)
+        return _timed(timings, kind, function, *mesh[:2], *given, sigma_mm=mesh[2])
 
-    axis = _noted("axis", in_sense, stage("axis"), method=pipeline.axis.method)
-    generatrix = stage("generatrix", axis)
+    mesh: Mesh = (vertices, used, sigma)
+    axis = _noted("axis", in_sense, stage("axis", mesh), method=pipeline.axis.method)
+    drawing = None if sigma is not None else _timed(timings, "facets", sampled, vertices, used, axis)
+    if drawing is not None:
+        mesh = (drawing.vertices_mm, drawing.faces, drawing.sigma_mm)
+    generatrix = stage("generatrix", mesh, axis)
     _noted("generatrix", _typed, generatrix, Generatrix, f"generatrix method '{pipeline.generatrix.method}'")
     frame = T_part_mesh(axis.point_mm, axis.direction)
-    found = stage("burrs", axis, generatrix)
-    burrs = _noted("burrs", agreed, found, frame, method=pipeline.burrs.method)
+    burrs = _noted("burrs", agreed, stage("burrs", mesh, axis, generatrix), frame, method=pipeline.burrs.method)
     start = time.perf_counter()
     deviation = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start
-    checks = _timed(timings, "checks", axis_checks, vertices, used, axis, deviation_mm=deviation)
+    checks = _timed(timings, "checks", _checks, vertices, used, axis, deviation, drawing, generatrix)
     return Inspection(
         axis=axis,
         generatrix=generatrix,
@@ -243,6 +250,22 @@ def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:
     if sigma.shape not in {(), (count,)}:
         raise InputError(f"sigma_mm must be one number or one per vertex, ({count},), not {sigma.shape}")
     return np.array(np.broadcast_to(sigma, (count,)))
+
+
+def _checks(
+    vertices: Floats,
+    faces: Ints32,
+    axis: Axis,
+    deviation: Floats,
+    drawing: Sampled | None,
+    generatrix: Generatrix,
+) -> tuple[Check, ...]:
+    """The secondary tests; of a drawing on its samples, for its own vertices crowd at corners and burrs."""
+    if drawing is None:
+        return axis_checks(vertices, faces, axis, deviation_mm=deviation)
+    spread = deviation_mm(drawing.vertices_mm, axis, generatrix)
+    checks = axis_checks(drawing.vertices_mm, np.empty((0, 3), np.int32), axis, deviation_mm=spread)
+    return (*checks, drawing.check(axis))
 
 
 def _typed(result: Any, wanted: type, method: str) -> None:
