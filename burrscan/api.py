@@ -17,9 +17,7 @@ from burrscan.pipeline import Pipeline, Stage, inspect_surface, run
 from burrscan.scanner import Scanner
 
 
-def inspect(
-    scanner: Scanner, *, pipeline: Pipeline | None = None, datum: Datum | None = None
-) -> Inspection:
+def inspect(scanner: Scanner, *, pipeline: Pipeline | None = None, datum: Datum | None = None) -> Inspection:
     """Scan a part and find its axis, its generatrix and its burrs.
 
     Parameters
@@ -77,7 +75,7 @@ def inspect_mesh(
     Raises
     ------
     burrscan.InputError
-        When the mesh cannot be used, a method or parameter is unknown, or the datum says nothing of this part.
+        When the mesh cannot be used, a method or parameter is unknown, or the datum does not fit.
 
     Examples
     --------

@@ -92,7 +92,9 @@ def _frame(inspection: Inspection, datum: Datum) -> Floats:
     """(4, 4) from the mesh to the datum's frame."""
     point, direction = inspection.axis.point_mm, inspection.axis.direction
     along = direction * _sense(direction, datum.up)
-    first = perpendicular_basis(direction)[:, 0] if datum.zero_mm is None else _toward(inspection, datum.zero_mm)
+    first = (
+        perpendicular_basis(direction)[:, 0] if datum.zero_mm is None else _toward(inspection, datum.zero_mm)
+    )
     origin = default_origin_mm(point, direction)
     if datum.origin_mm is not None:
         origin = point + ((np.array(datum.origin_mm) - point) @ direction) * direction
@@ -121,7 +123,9 @@ def _toward(inspection: Inspection, zero_mm: Triple) -> Floats:
     away = away - (away @ axis.direction) * axis.direction
     length = float(np.linalg.norm(away))
     if length <= _LEAST_MM * float(np.nanmax(inspection.generatrix.r_mm, initial=0.0)) or length == 0.0:
-        raise InputError(f"datum: zero_mm {zero_mm} lies on the axis found: give a point off it, such as a keyway")
+        raise InputError(
+            f"datum: zero_mm {zero_mm} lies on the axis found: give a point off it, such as a keyway"
+        )
     return np.asarray(away / length)
 
 
@@ -141,7 +145,9 @@ def _generatrix(curve: Generatrix, change: Floats) -> Generatrix:
 def _burr(burr: Burr, change: Floats) -> Burr:
     turn = np.radians(burr.angle_deg.value)
     x, y, _ = change[:3, :3] @ [np.cos(turn), np.sin(turn), 0.0]
-    ends = [Value(change[2, 2] * end.value + change[2, 3], end.sigma) for end in (burr.z_start_mm, burr.z_end_mm)]
+    ends = [
+        Value(change[2, 2] * end.value + change[2, 3], end.sigma) for end in (burr.z_start_mm, burr.z_end_mm)
+    ]
     start, end = ends if change[2, 2] > 0.0 else ends[::-1]
     angle = Value(float(np.degrees(np.arctan2(y, x))), burr.angle_deg.sigma)
     return replace(burr, angle_deg=angle, z_start_mm=start, z_end_mm=end)

@@ -202,7 +202,9 @@ def inspect_surface(
     generatrix = stage("generatrix", mesh, axis)
     _noted("generatrix", _typed, generatrix, Generatrix, f"generatrix method '{pipeline.generatrix.method}'")
     frame = T_part_mesh(axis.point_mm, axis.direction)
-    burrs = _noted("burrs", agreed, stage("burrs", mesh, axis, generatrix), frame, method=pipeline.burrs.method)
+    burrs = _noted(
+        "burrs", agreed, stage("burrs", mesh, axis, generatrix), frame, method=pipeline.burrs.method
+    )
     start = time.perf_counter()
     deviation = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start

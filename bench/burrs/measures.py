@@ -81,7 +81,10 @@ def _measured(
 def _ends(scan: RevolutionScan, inspection: Inspection, found: Burr) -> list[Value]:
     """Both ends as positions along the true axis, the lower first: the axis found may point either way."""
     axis = inspection.axis
-    start, sense = float((origin_mm(axis.point_mm, axis.direction) - scan.point_mm) @ scan.direction), axis.direction @ scan.direction
+    start, sense = (
+        float((origin_mm(axis.point_mm, axis.direction) - scan.point_mm) @ scan.direction),
+        axis.direction @ scan.direction,
+    )
     ends = [Value(start + float(sense) * end.value, end.sigma) for end in (found.z_start_mm, found.z_end_mm)]
     return sorted(ends, key=lambda end: end.value)
 

@@ -6,7 +6,7 @@ import argparse
 import shlex
 from collections.abc import Iterator
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, actions_of, command, subcommands_of
 
 _EXAMPLES = """\
   eval "$(burrscan completion bash)"                                        # in ~/.bashrc
@@ -51,7 +51,7 @@ def main(given: argparse.Namespace) -> int:
 
 def bash(top: argparse.ArgumentParser) -> str:
     """The script for bash; what it does not know is completed as a file's name."""
-    tree = _subcommands(top)
+    tree = subcommands_of(top)
     cases = "\n".join(
         f"    {name}) words={shlex.quote(' '.join([*_options(one), *_values(name, one)]))} ;;"
         for name, one in tree.items()
@@ -70,11 +70,10 @@ def fish(top: argparse.ArgumentParser) -> str:
 
 
 def _fish_lines(top: argparse.ArgumentParser) -> Iterator[str]:
-    helps = {choice.dest: choice.help or "" for choice in _choices(top)._choices_actions}
-    for name, one in _subcommands(top).items():
-        yield f"-n __fish_use_subcommand -f -a {name} -d {shlex.quote(helps.get(name, ''))}"
+    for name, one in subcommands_of(top).items():
+        yield f"-n __fish_use_subcommand -f -a {name} -d {shlex.quote(_summary(one))}"
         when = f"-n '__fish_seen_subcommand_from {name}'"
-        for action in one._actions:
+        for action in actions_of(one):
             for option in action.option_strings:
                 kind = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
                 takes = " -r" if action.nargs != 0 else ""
@@ -84,21 +83,19 @@ def _fish_lines(top: argparse.ArgumentParser) -> Iterator[str]:
             yield f"{when} -a {shlex.quote(' '.join(values))}"
 
 
-def _choices(top: argparse.ArgumentParser) -> argparse._SubParsersAction[argparse.ArgumentParser]:
-    return next(action for action in top._actions if isinstance(action, argparse._SubParsersAction))
-
-
-def _subcommands(top: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
-    return dict(_choices(top).choices)
+def _summary(parser: argparse.ArgumentParser) -> str:
+    return (parser.description or "").partition(".")[0]
 
 
 def _options(parser: argparse.ArgumentParser) -> list[str]:
-    return [option for action in parser._actions for option in action.option_strings]
+    return [option for action in actions_of(parser) for option in action.option_strings]
 
 
 def _values(name: str, parser: argparse.ArgumentParser) -> list[str]:
     """What a command's arguments may be, where that is a list."""
     from bench.suites.catalogue import suite_names
 
-    listed = [str(each) for a in parser._actions if a.choices and not a.option_strings for each in a.choices]
+    listed = [
+        str(each) for a in actions_of(parser) if a.choices and not a.option_strings for each in a.choices
+    ]
     return [*listed, *(suite_names() if name in _SUITES_FOR else [])]

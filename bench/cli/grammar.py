@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
         """End with 2, the usage, what is wrong, and the nearest words that there are."""
         wrong = re.search(r"invalid choice: '([^']*)'", message)
         if wrong:
-            words = [word for action in self._actions for word in action.choices or ()]
+            words = [word for action in actions_of(self) for word in action.choices or ()]
             message = f"{message.partition(' (')[0]}{_near([wrong[1]], list(map(str, words)))}"
         elif message.startswith("unrecognized arguments:"):
             given = [word.partition("=")[0] for word in message.split()[2:] if word.startswith("-")]
@@ -31,10 +31,21 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}\n")
 
 
+def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """A parser's arguments and options, which argparse tells nobody."""
+    return list(parser._actions)  # noqa: SLF001
+
+
+def subcommands_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The parsers of a parser's subcommands, by name."""
+    tables = [action.choices for action in actions_of(parser) if isinstance(action.choices, dict)]
+    return {name: each for table in tables for name, each in table.items()}
+
+
 def _options(parser: argparse.ArgumentParser) -> set[str]:
     """Every option of a parser and of its subcommands: the top one is told of what a subcommand leaves."""
-    inner = [each for a in parser._actions if isinstance(a.choices, dict) for each in a.choices.values()]
-    return {o for a in parser._actions for o in a.option_strings}.union(*map(_options, inner))
+    inner = map(_options, subcommands_of(parser).values())
+    return {option for action in actions_of(parser) for option in action.option_strings}.union(*inner)
 
 
 def _near(given: list[str], known: list[str]) -> str:
@@ -69,7 +80,13 @@ def command(
 def add_verbosity(parser: argparse.ArgumentParser, *, default: int | str) -> None:
     """``-q`` and ``-v``: before the command or after it."""
     parser.add_argument(
-        "-q", "--quiet", action="store_const", const=-1, dest="verbosity", default=default, help="results only"
+        "-q",
+        "--quiet",
+        action="store_const",
+        const=-1,
+        dest="verbosity",
+        default=default,
+        help="results only",
     )
     parser.add_argument(
         "-v", "--verbose", action="count", dest="verbosity", default=default, help="say more; -vv: everything"

@@ -1,4 +1,4 @@
-"""What a command says: to people on a terminal, to programs as JSON, and to nobody when it is told to be quiet."""
+"""What a command says: to people on a terminal, to programs as JSON, less or more as it is told."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def turn_deg(a_deg: Angle, b_deg: float) -> Angle:
 
 
 def overlap_mm(a: Place, b: Place) -> float:
-    """Common extent along the axis; negative: the gap between them. All of the other where one states none."""
+    """Common extent along the axis; negative: the gap. All of the other where one states none."""
     return float(np.fmin(a.z_end_mm, b.z_end_mm) - np.fmax(a.z_start_mm, b.z_start_mm))
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -97,7 +98,7 @@ def _scene(table: Any, path: Path) -> Any:
     return merge(scene_document(str(beside) if beside.suffix == ".toml" and beside.exists() else base), over)
 
 
-def _problems(suite: Suite, without: Set[str]) -> Iterator[str]:
+def _problems(suite: Suite, without: AbstractSet[str]) -> Iterator[str]:
     """Everything that is wrong with what the suite names, but for what follows from tables left out."""
     yield from _metric_problems(suite)
     yield from _goal_problems(suite)

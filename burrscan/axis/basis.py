@@ -18,8 +18,6 @@ has one cut only, put where nobody has an axis on purpose:
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from burrscan.arrays import Floats

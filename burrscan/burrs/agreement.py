@@ -20,6 +20,7 @@ WITHIN_DEG = 0.1
 WITHIN_MM = 0.1
 """The pose may lie beyond the stated extent by so much, or by three of its standard deviations."""
 _RIGID = 1e-6
+_FRAME = "the part frame, T_part_mesh(axis.point_mm, axis.direction) of burrscan.axis.basis"
 
 
 def agreed(burrs: Any, T_part_mesh: Floats, *, method: str) -> tuple[Burr, ...]:
@@ -69,7 +70,9 @@ def _agreed(burr: Burr, T_part_mesh: Floats, who: str) -> Burr:
         raise InputError(f"{who}: T_mesh_burr has the shape {pose.shape}: state a (4, 4) pose, or NaN")
     if not np.isfinite(pose).all():
         if not np.isfinite(burr.angle_deg.value):
-            raise InputError(f"{who}: neither angle_deg nor T_mesh_burr is stated: state one of them, or no burr")
+            raise InputError(
+                f"{who}: neither angle_deg nor T_mesh_burr is stated: state one of them, or no burr"
+            )
         return burr
     _check_rigid(pose, who)
     x, y, z = (T_part_mesh @ pose)[:3, 3]
@@ -91,8 +94,8 @@ def _check_extent(burr: Burr, z: float, who: str) -> None:
         sigma = end.sigma if np.isfinite(end.sigma) else 0.0
         if beyond * (z - end.value) > max(WITHIN_MM, 3.0 * sigma):
             raise InputError(
-                f"{who}: {name} is {end.value:.3f}, but T_mesh_burr lies at z = {z:.3f} mm of the part frame: "
-                "count extents in the frame T_part_mesh(axis.point_mm, axis.direction) of burrscan.axis.basis"
+                f"{who}: {name} is {end.value:.3f}, but T_mesh_burr lies at z = {z:.3f} mm: "
+                f"count extents in {_FRAME}"
             )
 
 
@@ -102,8 +105,7 @@ def _with_angle(burr: Burr, angle_deg: float, who: str) -> Burr:
         return replace(burr, angle_deg=Value(angle_deg, float("nan")))
     if abs((stated - angle_deg + 180.0) % 360.0 - 180.0) > WITHIN_DEG:
         raise InputError(
-            f"{who}: angle_deg is {stated:.3f}, but T_mesh_burr lies at {angle_deg:.3f} deg of the part frame: "
-            "state one place, in the frame T_part_mesh(axis.point_mm, axis.direction) of burrscan.axis.basis, "
-            "or NaN for what is not known"
+            f"{who}: angle_deg is {stated:.3f}, but T_mesh_burr lies at {angle_deg:.3f} deg: "
+            f"state one place, in {_FRAME}, or NaN for what is not known"
         )
     return burr

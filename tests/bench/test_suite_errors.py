@@ -47,7 +47,10 @@ EXPECTED = (
     "gate: unknown metric 'axis_dg'",
     "unknown metric 'burr_fund'",
 )
-OF_THE_SCENE = ("unknown finish 'grund': did you mean 'ground'?", "rig.skale: unknown key; did you mean 'scale'?")
+OF_THE_SCENE = (
+    "unknown finish 'grund': did you mean 'ground'?",
+    "rig.skale: unknown key; did you mean 'scale'?",
+)
 
 
 def message(text: str, folder: Path) -> str:

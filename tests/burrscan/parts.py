@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.axis.revolution import RevolutionScan, grid_faces, profile_of, random_pose
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.basis import T_part_mesh, origin_mm, sensed
+from burrscan.axis.basis import T_part_mesh, origin_mm
 from burrscan.inspection import Axis
 
 

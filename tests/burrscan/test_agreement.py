@@ -1,4 +1,4 @@
-"""A burr states one place, or is refused with words; a method that cannot be called is refused before a run."""
+"""A burr states one place, or is refused with words; so is a method that cannot be called."""
 
 from __future__ import annotations
 
@@ -46,9 +46,7 @@ shifted = finder(
     lambda b: replace(b, z_start_mm=value(b.z_end_mm.value + 5.0), z_end_mm=value(b.z_end_mm.value + 9.0))
 )
 backwards = finder(lambda burr: replace(burr, z_start_mm=burr.z_end_mm, z_end_mm=burr.z_start_mm))
-placeless = finder(
-    lambda burr: replace(burr, angle_deg=NOT_STATED, T_mesh_burr=np.full((4, 4), np.nan))
-)
+placeless = finder(lambda burr: replace(burr, angle_deg=NOT_STATED, T_mesh_burr=np.full((4, 4), np.nan)))
 skewed = finder(lambda burr: replace(burr, T_mesh_burr=2.0 * burr.T_mesh_burr))
 tables = finder(lambda burr: {"angle_deg": burr.angle_deg.value})
 without_angle = finder(lambda burr: replace(burr, angle_deg=NOT_STATED))
@@ -58,8 +56,8 @@ without_pose = finder(lambda burr: replace(burr, T_mesh_burr=np.full((4, 4), np.
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("turned_away", r"burr 0: angle_deg is .* but T_mesh_burr lies at .* deg .*state one place"),
-        ("shifted", r"burr 0: z_start_mm is .* but T_mesh_burr lies at z = .* count extents in the frame"),
+        ("turned_away", r"burr 0: angle_deg is .* but T_mesh_burr lies at .* deg: state one place"),
+        ("shifted", r"burr 0: z_start_mm is .* but T_mesh_burr lies at z = .* count extents in the part frame"),
         ("backwards", "swap them"),
         ("placeless", "neither angle_deg nor T_mesh_burr is stated"),
         ("skewed", "no rigid motion"),
@@ -127,7 +125,10 @@ def takes_a_mesh_only(vertices_mm: Any, faces: Any, *, sigma_mm: Any) -> tuple[(
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("lacks_sigma", r"cannot be called as \(vertices_mm, faces, axis, generatrix, sigma_mm=...\): .*sigma_mm"),
+        (
+            "lacks_sigma",
+            r"cannot be called as \(vertices_mm, faces, axis, generatrix, sigma_mm=...\): .*sigma_mm",
+        ),
         ("wants_more", "'light'"),
         ("takes_a_mesh_only", "too many positional arguments"),
     ],

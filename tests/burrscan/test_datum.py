@@ -61,7 +61,10 @@ def test_a_turned_axis_keeps_its_surface_and_its_uncertainty() -> None:
     ("datum", "message"),
     [
         (lambda axis: Datum(zero_mm=tuple(axis.point_mm)), "lies on the axis found"),
-        (lambda axis: Datum(up=tuple(np.cross(axis.direction, [0.3, 0.4, 0.1]))), "perpendicular to the axis"),
+        (
+            lambda axis: Datum(up=tuple(np.cross(axis.direction, [0.3, 0.4, 0.1]))),
+            "perpendicular to the axis",
+        ),
         (lambda _axis: Datum(origin_mm=(0.0, float("nan"), 0.0)), "three finite numbers"),
     ],
 )

@@ -93,7 +93,9 @@ def test_z_counts_from_the_meshs_origin_wherever_the_data_are() -> None:
     for along in (-40.0, 0.0, 300.0):
         point = np.array([0.0, 5.0, 0.0]) + along * direction
         part = T_part_mesh(point, direction)
-        np.testing.assert_allclose(part @ [*origin_mm(point, direction), 1.0], [0.0, 0.0, 0.0, 1.0], atol=1e-9)
+        np.testing.assert_allclose(
+            part @ [*origin_mm(point, direction), 1.0], [0.0, 0.0, 0.0, 1.0], atol=1e-9
+        )
         np.testing.assert_allclose(origin_mm(point, direction), [0.0, 5.0, 0.0], atol=1e-9)
 
 
