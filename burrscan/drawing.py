@@ -31,7 +31,8 @@ _WIDEST = np.radians(45.0)
 _SURE = 0.95
 _ROUNDING = 1e-5
 """Noise of a drawing at least, as a share of its largest radius: what axis and generatrix err by."""
-_COARSEST = 0.01
+_COARSEST = 0.005
+"""Facet error, as a share of the largest radius, up to which burrs of a hundredth of it are found."""
 _GOLDEN = 1.32471795724474602596
 """Its powers make the most evenly spread sequence in a plane (Roberts 2018, R2)."""
 
@@ -69,7 +70,7 @@ class Sampled:
         )  # fmt: skip
 
 
-def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis) -> Sampled | None:
+def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis, *, sigma_mm: float = 0.0) -> Sampled | None:
     """Sample the facets of a drawing; None for a scan, whose vertices show the surface themselves.
 
     Parameters
@@ -78,6 +79,8 @@ def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis) -> Sampled | None:
         (V, 3) finite, each place once, and (T, 3).
     axis
         Of the part: facets are chords about it.
+    sigma_mm
+        What the user states all vertices to err by: the facet error is stated as no less.
 
     Notes
     -----
@@ -101,8 +104,16 @@ def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis) -> Sampled | None:
     slope = np.hypot(normal[:, 0], normal[:, 1]) / np.maximum(2.0 * area, 1e-300)
     error = float(np.quantile(sagitta * slope[face], _SURE))
     vertices = np.concatenate([vertices_mm, (points - part[:3, 3]) @ part[:3, :3]])
-    sigma = max(error, _ROUNDING * largest)
-    return Sampled(vertices, faces, np.full(len(vertices), sigma), error)
+    sigma = max(error, sigma_mm, _ROUNDING * largest)
+    return Sampled(vertices, _outward(local, faces), np.full(len(vertices), sigma), error)
+
+
+def _outward(local: Floats, faces: Ints32) -> Ints32:
+    """The faces of a closed mesh seen from outside: some exports are inside out, burrs would be nicks."""
+    a, b, c = (local[faces[:, k]] for k in range(3))
+    closed = len(_twins(faces)[0]) * 2 == 3 * len(faces)
+    inside_out = closed and float((a * np.cross(b, c)).sum()) < 0.0
+    return np.ascontiguousarray(faces[:, ::-1]) if inside_out else faces
 
 
 def _radius(local: Floats) -> Floats:
@@ -121,15 +132,19 @@ def _is_drawn(local: Floats, faces: Ints32, normal: Floats, area: Floats, spacin
 def _flat_share(faces: Ints32, normal: Floats) -> float:
     """Share of the edges between two faces at which these lie in one plane."""
     unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    one, other = _twins(faces)
+    turn = np.linalg.norm(np.cross(unit[one], unit[other]), axis=1)
+    return float((turn < _FLAT).mean()) if len(turn) else 0.0
+
+
+def _twins(faces: Ints32) -> tuple[Ints32, Ints32]:
+    """Pairs of faces that share an edge, (E,) each."""
     ends = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1).astype(np.int64)
     key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
     order = np.argsort(key, kind="stable")
     twins = np.flatnonzero(np.diff(key[order]) == 0)
-    if not len(twins):
-        return 0.0
     one, other = order[twins] % len(faces), order[twins + 1] % len(faces)
-    turn = np.linalg.norm(np.cross(unit[one], unit[other]), axis=1)
-    return float((turn < _FLAT).mean())
+    return one.astype(np.int32), other.astype(np.int32)
 
 
 def _points(corners: Floats, area: Floats, count: int) -> tuple[Floats, Floats, Ints32]:

@@ -174,8 +174,9 @@ def inspect_surface(
     pipeline
         Its axis, generatrix and burrs stages.
     sigma_mm
-        Stated standard deviation of the vertices, one or (V,). A mesh without one whose facets are those of a
-        drawing is sampled before its generatrix and its burrs are looked for (:mod:`burrscan.drawing`).
+        Stated standard deviation of the vertices, one or (V,). Unless every vertex has its own, as in a scan,
+        a mesh whose facets are those of a drawing is sampled before its generatrix and its burrs are looked
+        for (:mod:`burrscan.drawing`).
 
     Raises
     ------
@@ -196,7 +197,20 @@ def inspect_surface(
 
     mesh: Mesh = (vertices, used, sigma)
     axis = _noted("axis", in_sense, stage("axis", mesh), method=pipeline.axis.method)
-    drawing = None if sigma is not None else _timed(timings, "facets", sampled, vertices, used, axis)
+    # One sigma for all is a word about a drawing as well; a scan's are its vertices' own.
+    drawing = (
+        _timed(
+            timings,
+            "facets",
+            sampled,
+            vertices,
+            used,
+            axis,
+            sigma_mm=0.0 if sigma_mm is None else float(sigma_mm),
+        )
+        if np.ndim(0.0 if sigma_mm is None else sigma_mm) == 0
+        else None
+    )
     if drawing is not None:
         mesh = (drawing.vertices_mm, drawing.faces, drawing.sigma_mm)
     generatrix = stage("generatrix", mesh, axis)

@@ -57,7 +57,10 @@ without_pose = finder(lambda burr: replace(burr, T_mesh_burr=np.full((4, 4), np.
     ("name", "message"),
     [
         ("turned_away", r"burr 0: angle_deg is .* but T_mesh_burr lies at .* deg: state one place"),
-        ("shifted", r"burr 0: z_start_mm is .* but T_mesh_burr lies at z = .* count extents in the part frame"),
+        (
+            "shifted",
+            r"burr 0: z_start_mm is .* but T_mesh_burr lies at z = .* count extents in the part frame",
+        ),
         ("backwards", "swap them"),
         ("placeless", "neither angle_deg nor T_mesh_burr is stated"),
         ("skewed", "no rigid motion"),

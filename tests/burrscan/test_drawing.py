@@ -100,6 +100,22 @@ def test_a_drawn_wheel_without_burrs_has_none() -> None:
     assert burrscan.inspect_mesh(*wheel.welded()).burrs == ()
 
 
+def test_a_drawing_inside_out_or_with_a_stated_sigma_is_the_same_drawing() -> None:
+    wheel = build_wheel(load_wheel("paper"), facet_error_mm=0.02)
+    vertices, faces = wheel.welded()
+    assert_found(wheel, burrscan.inspect_mesh(vertices, faces[:, ::-1]), np.eye(4), within=0.1)
+    assert {burr.side for burr in burrscan.inspect_mesh(vertices, faces[:, ::-1]).burrs} == {"protrusion"}
+    assert_found(wheel, burrscan.inspect_mesh(vertices, faces, sigma_mm=0.01), np.eye(4), within=0.1)
+
+
+def test_facets_too_coarse_for_the_burrs_are_said_to_be() -> None:
+    wheel = build_wheel(load_wheel("paper"), facet_error_mm=0.05, sections=24)
+    failed = {
+        check.name: check for check in burrscan.inspect_mesh(*wheel.welded()).checks if not check.passed
+    }
+    assert "smaller chord tolerance" in failed["facets"].reason
+
+
 def test_a_scan_is_no_drawing() -> None:
     noisy = revolution_scan(sigma_mm=0.005, shape=(120, 40), burrs=(RidgeBurr(),))  # few vertices, far apart
     clean = revolution_scan(shape=(484, 128))  # no noise, but vertices as close as samples would be
