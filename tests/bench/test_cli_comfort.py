@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from collections import Counter
@@ -144,3 +145,12 @@ def test_tables_follow_the_width_and_cut_nothing(
     assert "…" not in told
     assert max(map(len, told.splitlines())) <= width
     assert Counter("".join(cells).replace(" ", "")) <= Counter(told)
+
+
+def test_the_help_states_the_time_that_the_docs_state(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["paper", "--help"])
+    (told,) = re.findall(r"about (\d+)\s+minutes", capsys.readouterr().out)
+    page = (Path(__file__).parents[2] / "reports" / "README.md").read_text("utf-8")
+    (measured,) = re.findall(r"([\d.]+) minutes of processor time", page)
+    assert int(told) == round(float(measured))
