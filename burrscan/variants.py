@@ -85,10 +85,10 @@ def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any]
     Raises
     ------
     InputError
-        Naming the first unknown parameter and the nearest known one.
+        Naming the first unknown parameter and the nearest known one; for a function without a signature.
 
     """
-    signature = inspect.signature(function)
+    signature = _signature(function, stage)
     if any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
         return
     known = [p.name for p in signature.parameters.values() if p.kind is p.KEYWORD_ONLY]
@@ -124,9 +124,16 @@ def check_call(
         Naming the call, what of it does not fit, and the signature found.
 
     """
-    signature = inspect.signature(function)
+    signature = _signature(function, stage)
     try:
         signature.bind(*places, **dict.fromkeys(names), **parameters)
     except TypeError as error:
         call = ", ".join([*places, *(f"{name}=..." for name in (*names, *parameters))])
         raise InputError(f"{stage}: cannot be called as ({call}): {error}; it is {signature}") from error
+
+
+def _signature(function: Callable[..., Any], stage: str) -> inspect.Signature:
+    try:
+        return inspect.signature(function)
+    except (TypeError, ValueError) as error:  # compiled ones may state none
+        raise InputError(f"{stage}: its signature cannot be read; wrap it in a Python function") from error

@@ -76,3 +76,14 @@ def test_an_unknown_base_hides_nothing_else(tmp_path: Path) -> None:
 def test_what_follows_from_an_error_is_not_told_as_another(tmp_path: Path) -> None:
     text = 'name = "x"\nsweep = 3\ngroups = ["finish"]\n[scene]\nbase = "paper"\n[[variant]]\nname = "a"\n'
     assert len(message(text, tmp_path).splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("finder", "why"),
+    [("json:loads", "cannot be called as"), ("math:hypot", "its signature cannot be read")],
+)
+def test_a_finder_that_cannot_be_called_is_refused_when_the_suite_is_read(
+    finder: str, why: str, tmp_path: Path
+) -> None:
+    text = f'name = "x"\n[scene]\nbase = "paper"\n[[variant]]\nname = "mine"\nburrs = "{finder}"\n'
+    assert f"variant 'mine': burrs method '{finder}': {why}" in message(text, tmp_path)
