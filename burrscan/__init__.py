@@ -3,6 +3,7 @@
 from burrscan.api import inspect, inspect_mesh
 from burrscan.axis import find_axis
 from burrscan.correspondence import Correspondence, Scan
+from burrscan.datum import Datum, referred_to
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.inspection import Axis, Burr, Check, Generatrix, Inspection, Value
@@ -17,6 +18,7 @@ __all__ = [
     "CameraSheet",
     "Check",
     "Correspondence",
+    "Datum",
     "Generatrix",
     "InputError",
     "Inspection",
@@ -33,4 +35,5 @@ __all__ = [
     "find_axis",
     "inspect",
     "inspect_mesh",
+    "referred_to",
 ]

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from burrscan.arrays import Floats
+from burrscan.datum import Datum, referred_to
 from burrscan.errors import InputError
 from burrscan.inspection import Inspection
 from burrscan.pipeline import Pipeline, Stage, inspect_surface, run
 from burrscan.scanner import Scanner
 
 
-def inspect(scanner: Scanner, *, pipeline: Pipeline | None = None) -> Inspection:
+def inspect(scanner: Scanner, *, pipeline: Pipeline | None = None, datum: Datum | None = None) -> Inspection:
     """Scan a part and find its axis, its generatrix and its burrs.
 
     Parameters
@@ -25,6 +26,8 @@ def inspect(scanner: Scanner, *, pipeline: Pipeline | None = None) -> Inspection
         Anything with a rig, two data sheets and ``capture``.
     pipeline
         Which variant does what; the defaults are the best there are.
+    datum
+        What angles and z count from; by the frame of the camera where None.
 
     Raises
     ------
@@ -32,7 +35,7 @@ def inspect(scanner: Scanner, *, pipeline: Pipeline | None = None) -> Inspection
         When the scanner or the pipeline cannot be used, or the scan shows no surface of revolution.
 
     """
-    return run(scanner, pipeline or Pipeline()).inspection
+    return _referred(run(scanner, pipeline or Pipeline()).inspection, datum)
 
 
 def inspect_mesh(
@@ -44,6 +47,7 @@ def inspect_mesh(
     generatrix: str | Stage = "curve",
     burrs: str | Stage = "residual",
     limit_mm: float | None = None,
+    datum: Datum | None = None,
 ) -> Inspection:
     """Find the axis, the generatrix and the burrs of a mesh.
 
@@ -59,6 +63,9 @@ def inspect_mesh(
         A method's short name, ``"module:function"``, or a :class:`Stage` with parameters.
     limit_mm
         Largest permitted burr (ISO 13715); each burr then carries a verdict.
+    datum
+        What angles and z count from; by the frame of the mesh where None (see
+        :attr:`burrscan.Inspection.T_part_mesh`).
 
     Returns
     -------
@@ -68,7 +75,7 @@ def inspect_mesh(
     Raises
     ------
     burrscan.InputError
-        When the mesh cannot be used, or a method or parameter is unknown.
+        When the mesh cannot be used, a method or parameter is unknown, or the datum does not fit.
 
     Examples
     --------
@@ -80,12 +87,17 @@ def inspect_mesh(
         if not (np.isfinite(limit_mm) and limit_mm >= 0.0):
             raise InputError(f"limit_mm is {limit_mm}: a size limit is a length in mm, zero or more")
         stages["burrs"] = _with(stages["burrs"], {"limit_mm": limit_mm})
-    return inspect_surface(
+    inspection = inspect_surface(
         np.asarray(vertices, dtype=np.float64),
         np.empty((0, 3), np.int32) if faces is None else np.asarray(faces, dtype=np.int32),
         Pipeline(**stages),
         sigma_mm=sigma_mm,
     )
+    return _referred(inspection, datum)
+
+
+def _referred(inspection: Inspection, datum: Datum | None) -> Inspection:
+    return inspection if datum is None else referred_to(inspection, datum)
 
 
 def _stage(method: str | Stage) -> Stage:

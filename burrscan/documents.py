@@ -65,9 +65,21 @@ def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
         return adapter.validate_python(document)
     except pydantic.ValidationError as error:
         lines = [_line(cls, item) for item in error.errors()]
-        raise InputError(
-            f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  {s}" for s in lines)
-        ) from error
+    refuse(lines, source)
+    raise AssertionError("a validation error without errors")
+
+
+def refuse(problems: list[str], source: str) -> None:
+    """Raise one :class:`InputError` that lists all ``problems``, if there are any."""
+    if problems:
+        lines = "\n".join(f"  {problem}" for problem in problems)
+        raise InputError(f"{source}: {len(problems)} problem(s)\n{lines}")
+
+
+def problems_of(error: InputError) -> list[str]:
+    """The lines of an error that lists several (see :func:`refuse`), or its one message."""
+    head, *lines = str(error).split("\n")
+    return [line.strip() for line in lines] if head.endswith("problem(s)") else [str(error)]
 
 
 @functools.cache

@@ -20,11 +20,12 @@ class Axis:
     point_mm
         (3,) the point of the axis nearest to the mean of the data.
     direction
-        (3,) unit vector; the sign is fixed so that its largest component is positive.
+        (3,) unit vector, in the sense that :func:`burrscan.axis.basis.sensed` gives it: to the side where
+        ``x + 2 y + 4 z`` of the mesh frame is positive.
     covariance
         (4, 4) of (tilt about e1, tilt about e2 in radians; offset along e1, offset along e2 in mm), where
-        e1, e2 are the columns of :func:`burrscan.axis.basis.perpendicular_basis` of the direction. NaN where
-        a method states none.
+        e1, e2 are the part frame's x and y, the columns of
+        :func:`burrscan.axis.basis.perpendicular_basis` of the direction. NaN where a method states none.
     method
         The short name of the method that found it.
     evaluations
@@ -57,7 +58,8 @@ class Generatrix:
     Parameters
     ----------
     z_mm, r_mm
-        (K,) points along the curve: position along the axis from ``Axis.point_mm``, and distance from it.
+        (K,) points along the curve in the part frame (``Inspection.T_part_mesh``): position along the axis,
+        and distance from it.
         A NaN pair separates pieces that are not connected.
     sigma_mm
         (K,) standard deviation of the curve along its normal.
@@ -154,8 +156,10 @@ class Inspection:
     axis, generatrix, burrs
         The three results.
     T_part_mesh
-        (4, 4) takes coordinates of the mesh (camera frame) to the part frame found: z along the axis, origin
-        at ``axis.point_mm``, x along the first perpendicular basis vector.
+        (4, 4) takes coordinates of the mesh (camera frame) to the part frame found. Without a datum it is
+        the mesh frame, turned by the smallest rotation that brings its z axis onto ``axis.direction``, and
+        z is zero at the foot of the perpendicular from the mesh's own origin: a part drawn along z keeps
+        its z and its angles. :mod:`burrscan.axis.basis` has the rule and the one place where it jumps.
     deviation_mm
         (V,) signed distance of each vertex from the generatrix, outwards positive; NaN where none is stated.
     checks

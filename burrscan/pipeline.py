@@ -15,17 +15,29 @@ from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.checks import axis_checks
 from burrscan.axis.face import FEWEST, checked_mesh
+from burrscan.axis.sense import in_sense
+from burrscan.burrs.agreement import agreed
 from burrscan.correspondence import Scan
 from burrscan.documents import STRICT
+from burrscan.drawing import Sampled, sampled
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
-from burrscan.inspection import Inspection
+from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
 from burrscan.surface import Surface
-from burrscan.variants import check_parameters, resolve
+from burrscan.variants import check_call, check_parameters, resolve
 from burrscan.welding import welded
 
+Mesh = tuple[Floats, Ints32, Floats | None]
+"""Vertices, faces, standard deviations."""
 _NOTE = "raised in stage "
+_CALLS = {
+    "scan": (("scanner",), ()),
+    "axis": (("vertices_mm", "faces"), ("sigma_mm",)),
+    "generatrix": (("vertices_mm", "faces", "axis"), ("sigma_mm",)),
+    "burrs": (("vertices_mm", "faces", "axis", "generatrix"), ("sigma_mm",)),
+}
+"""By what every stage is called: arguments by place, arguments by name."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +102,14 @@ def stage_function(stage: Stage, kind: str) -> Callable[..., Any]:
     Raises
     ------
     InputError
-        For an unknown method or parameter.
+        For an unknown method or parameter, or a function that cannot be called as the stage calls it.
 
     """
     methods = importlib.import_module(f"burrscan.{kind}").METHODS
     function = resolve(stage.method, methods, stage=f"{kind} method")
-    check_parameters(function, stage.parameters, stage=f"{kind} method '{stage.method}'")
+    name = f"{kind} method '{stage.method}'"
+    check_parameters(function, stage.parameters, stage=name)
+    check_call(function, *_CALLS[kind], stage.parameters, stage=name)
     return functools.partial(function, **stage.parameters)
 
 
@@ -139,6 +153,7 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     check(pipeline)
     timings: dict[str, float] = {}
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
+    _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")
     surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig)
     inspection = inspect_surface(
         surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm
@@ -159,7 +174,9 @@ def inspect_surface(
     pipeline
         Its axis, generatrix and burrs stages.
     sigma_mm
-        Stated standard deviation of the vertices, one or (V,).
+        Stated standard deviation of the vertices, one or (V,). Unless every vertex has its own, as in a scan,
+        a mesh whose facets are those of a drawing is sampled before its generatrix and its burrs are looked
+        for (:mod:`burrscan.drawing`).
 
     Raises
     ------
@@ -173,35 +190,44 @@ def inspect_surface(
     """
     vertices, used, sigma, row = _noted("surface", _usable, vertices_mm, faces, sigma_mm)
     timings: dict[str, float] = {}
-    axis = _timed(timings, "axis", stage_function(pipeline.axis, "axis"), vertices, used, sigma_mm=sigma)
-    generatrix = _timed(
-        timings,
-        "generatrix",
-        stage_function(pipeline.generatrix, "generatrix"),
-        vertices,
-        used,
-        axis,
-        sigma_mm=sigma,
+
+    def stage(kind: str, mesh: Mesh, *given: Any) -> Any:
+        function = stage_function(getattr(pipeline, kind), kind)
+        return _timed(timings, kind, function, *mesh[:2], *given, sigma_mm=mesh[2])
+
+    mesh: Mesh = (vertices, used, sigma)
+    axis = _noted("axis", in_sense, stage("axis", mesh), method=pipeline.axis.method)
+    # One sigma for all is a word about a drawing as well; a scan's are its vertices' own.
+    drawing = (
+        _timed(
+            timings,
+            "facets",
+            sampled,
+            vertices,
+            used,
+            axis,
+            sigma_mm=0.0 if sigma_mm is None else float(sigma_mm),
+        )
+        if np.ndim(0.0 if sigma_mm is None else sigma_mm) == 0
+        else None
     )
-    burrs = _timed(
-        timings,
-        "burrs",
-        stage_function(pipeline.burrs, "burrs"),
-        vertices,
-        used,
-        axis,
-        generatrix,
-        sigma_mm=sigma,
+    if drawing is not None:
+        mesh = (drawing.vertices_mm, drawing.faces, drawing.sigma_mm)
+    generatrix = stage("generatrix", mesh, axis)
+    _noted("generatrix", _typed, generatrix, Generatrix, f"generatrix method '{pipeline.generatrix.method}'")
+    frame = T_part_mesh(axis.point_mm, axis.direction)
+    burrs = _noted(
+        "burrs", agreed, stage("burrs", mesh, axis, generatrix), frame, method=pipeline.burrs.method
     )
     start = time.perf_counter()
     deviation = deviation_mm(vertices, axis, generatrix)
     timings["deviation"] = time.perf_counter() - start
-    checks = _timed(timings, "checks", axis_checks, vertices, used, axis, deviation_mm=deviation)
+    checks = _timed(timings, "checks", _checks, vertices, used, axis, deviation, drawing, generatrix)
     return Inspection(
         axis=axis,
         generatrix=generatrix,
         burrs=burrs,
-        T_part_mesh=T_part_mesh(axis.point_mm, axis.direction),
+        T_part_mesh=frame,
         deviation_mm=np.append(deviation, np.nan)[row],
         checks=checks,
         timings_s=timings,
@@ -240,6 +266,28 @@ def _per_vertex(sigma_mm: Floats | float | None, count: int) -> Floats | None:
     if sigma.shape not in {(), (count,)}:
         raise InputError(f"sigma_mm must be one number or one per vertex, ({count},), not {sigma.shape}")
     return np.array(np.broadcast_to(sigma, (count,)))
+
+
+def _checks(
+    vertices: Floats,
+    faces: Ints32,
+    axis: Axis,
+    deviation: Floats,
+    drawing: Sampled | None,
+    generatrix: Generatrix,
+) -> tuple[Check, ...]:
+    """The secondary tests; of a drawing on its samples, for its own vertices crowd at corners and burrs."""
+    if drawing is None:
+        return axis_checks(vertices, faces, axis, deviation_mm=deviation)
+    spread = deviation_mm(drawing.vertices_mm, axis, generatrix)
+    checks = axis_checks(drawing.vertices_mm, np.empty((0, 3), np.int32), axis, deviation_mm=spread)
+    return (*checks, drawing.check(axis))
+
+
+def _typed(result: Any, wanted: type, method: str) -> None:
+    """Refuse what a stage returned if it is something else than it should be."""
+    if not isinstance(result, wanted):
+        raise InputError(f"{method}: must return a burrscan.{wanted.__name__}, not {type(result).__name__}")
 
 
 def _timed(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from burrscan.errors import InputError
@@ -85,13 +85,55 @@ def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any]
     Raises
     ------
     InputError
-        Naming the first unknown parameter and the nearest known one.
+        Naming the first unknown parameter and the nearest known one; for a function without a signature.
 
     """
-    signature = inspect.signature(function)
+    signature = _signature(function, stage)
     if any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
         return
     known = [p.name for p in signature.parameters.values() if p.kind is p.KEYWORD_ONLY]
     for key in parameters:
         if key not in known:
             raise InputError(f"{stage}: unknown parameter '{key}': {suggest(key, known)}")
+
+
+def check_call(
+    function: Callable[..., Any],
+    places: Sequence[str],
+    names: Sequence[str],
+    parameters: Mapping[str, Any],
+    *,
+    stage: str,
+) -> None:
+    """Refuse a function that cannot be called as its stage will call it, before anything runs.
+
+    Parameters
+    ----------
+    function
+        Anyone's.
+    places, names
+        What it is given by place, and by name.
+    parameters
+        What the user gives it by name, besides.
+    stage
+        For the message.
+
+    Raises
+    ------
+    InputError
+        Naming the call, what of it does not fit, and the signature found.
+
+    """
+    signature = _signature(function, stage)
+    try:
+        signature.bind(*places, **dict.fromkeys(names), **parameters)
+    except TypeError as error:
+        call = ", ".join([*places, *(f"{name}=..." for name in (*names, *parameters))])
+        raise InputError(f"{stage}: cannot be called as ({call}): {error}; it is {signature}") from error
+
+
+def _signature(function: Callable[..., Any], stage: str) -> inspect.Signature:
+    try:
+        return inspect.signature(function)
+    except (TypeError, ValueError) as error:  # compiled ones may state none
+        raise InputError(f"{stage}: its signature cannot be read; wrap it in a Python function") from error

@@ -103,7 +103,9 @@ def _direct_of(light: LightTransport, pixels: Ints) -> LightTransport:
     some = SparseRows(starts, part.columns[taken], part.values[taken])
     shape = (1, len(pixels))
     nan = np.full(shape, np.nan, np.float32)
-    return LightTransport(shape, light.projector_shape, some, empty_rows(len(pixels)), nan, nan, nan, nan, nan)
+    return LightTransport(
+        shape, light.projector_shape, some, empty_rows(len(pixels)), nan, nan, nan, nan, nan
+    )
 
 
 def _chunks(shots: Sequence[Shot], sheet: ProjectorSheet) -> Iterator[tuple[Floats32, Floats32, float]]:

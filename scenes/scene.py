@@ -13,18 +13,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from burrscan.documents import STRICT, build, read_toml
+from burrscan.documents import STRICT, build, problems_of, read_toml, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 from scenes.calibration import CalibrationSpec
 from scenes.electronics.drift import VibrationSpec
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
-from scenes.finish import FinishSpec, named_finish
+from scenes.finish import FINISHES, FinishSpec, named_finish
 from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
 from scenes.surface.spec import Blemish, Zone
 from scenes.transport.store import TRANSPORT_VERSION
-from scenes.wheel import BurrSpec, WheelSpec, load_wheel
+from scenes.wheel import BurrSpec, WheelSpec, load_wheel, wheel_names
 
 
 @dataclass(frozen=True)
@@ -170,11 +170,29 @@ def scene_from(document: Mapping[str, Any], *, source: str) -> SceneSpec:
         With every error in the tables.
 
     """
-    tables = dict(document)
-    if isinstance(tables.get("wheel"), str):
-        tables["wheel"] = load_wheel(tables["wheel"])
-    tables["finish"] = _finish_tables(tables.get("finish", {}))
-    return build(SceneSpec, tables, source=source)
+    tables, problems = {"finish": {}, **document}, list[str]()
+    for key, by_name, any_other in (
+        ("wheel", _wheel_tables, wheel_names()[0]),
+        ("finish", _finish_tables, next(iter(FINISHES))),
+    ):
+        if key in tables:
+            try:
+                tables[key] = by_name(tables[key])
+            except InputError as error:  # the other tables are looked at all the same
+                problems += problems_of(error)
+                tables[key] = by_name(any_other)
+    try:
+        scene = build(SceneSpec, tables, source=source)
+    except InputError as error:
+        refuse([*problems, *problems_of(error)], source)
+        raise
+    refuse(problems, source)
+    return scene
+
+
+def _wheel_tables(wheel: Any) -> Any:
+    """A wheel by name; anything else as it is."""
+    return load_wheel(wheel) if isinstance(wheel, str) else wheel
 
 
 def _finish_tables(finish: Any) -> Any:

@@ -29,7 +29,7 @@ def folder(scan: RevolutionScan, tmp_path_factory: pytest.TempPathFactory) -> Pa
     here = tmp_path_factory.mktemp("detect")
     trimesh.Trimesh(scan.vertices_mm, scan.faces, process=False).export(here / "wheel.ply", encoding="binary")
     files = ["--json", str(here / "found.json"), "--ply", str(here / "deviation.ply")]
-    assert main(["detect", str(here / "wheel.ply"), "--limit", "0.5", *files]) == 0
+    assert main(["detect", str(here / "wheel.ply"), "--limit", "0.5", *files]) == 1
     return here
 
 

@@ -11,16 +11,20 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bench.cli import COMMANDS
+from scenes.wheel import TrueBurr, build_wheel, load_wheel
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("burrscan", "scenes", "bench")
 README = (ROOT / "README.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+PRINTED = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+"""What the first examples print, in their order."""
 
 
 def test_the_layers_point_one_way() -> None:
@@ -34,7 +38,42 @@ def test_the_layers_point_one_way() -> None:
 @pytest.mark.parametrize("number", range(len(EXAMPLES)))
 def test_the_readme_examples_run(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    exec(compile(EXAMPLES[number], f"README example {number + 1}", "exec"), {"__name__": "example"})  # noqa: S102
+    _run(number, {"__name__": "example"})
+
+
+def test_the_readmes_first_example_finds_the_burrs_it_speaks_of(capsys: pytest.CaptureFixture[str]) -> None:
+    """It found none of them, and printed that nobody looked at."""
+    names = _run(0, {"__name__": "example"})
+    true = sorted((burr.angle_deg, burr.height_mm) for burr in load_wheel_burrs())
+    found = sorted(names["found"].burrs, key=lambda burr: burr.angle_deg.value)
+    assert len(found) == len(true) == 3
+    for burr, (angle_deg, height_mm) in zip(found, true, strict=True):
+        assert burr.angle_deg.value == pytest.approx(angle_deg, abs=0.5)
+        assert abs(burr.height_mm.value - height_mm) < burr.height_mm.sigma
+    _assert_alike(capsys.readouterr().out, PRINTED[0])
+
+
+def test_the_readmes_scan_prints_what_the_page_says(capsys: pytest.CaptureFixture[str]) -> None:
+    _run(1, {"__name__": "example"})
+    assert capsys.readouterr().out.splitlines()[-1] == PRINTED[1].strip()
+
+
+def load_wheel_burrs() -> tuple[TrueBurr, ...]:
+    """The truth of the wheel of the page's first example."""
+    return build_wheel(load_wheel("paper"), facet_error_mm=0.02).burrs
+
+
+def _run(number: int, names: dict[str, Any]) -> dict[str, Any]:
+    exec(compile(EXAMPLES[number], f"README example {number + 1}", "exec"), names)  # noqa: S102
+    return names
+
+
+def _assert_alike(told: str, stated: str) -> None:
+    """The same words and, within a hundredth and the last digits of tiny ones, the same numbers."""
+    number = r"[-+]?\d+\.?\d*(?:e[-+]\d+)?"
+    assert re.split(number, told.strip()) == re.split(number, stated.strip())
+    pairs = zip(re.findall(number, told), re.findall(number, stated), strict=True)
+    assert all(float(a) == pytest.approx(float(b), abs=0.021) for a, b in pairs)
 
 
 def test_the_readme_names_every_command_and_only_those() -> None:

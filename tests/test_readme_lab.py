@@ -28,8 +28,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return here
 
 
-def test_the_page_has_a_wheel_a_suite_a_decoder_an_axis_method_and_a_metric() -> None:
-    assert set(FILES) == {"pulley.toml", "pulleys.toml", "lab/codes.py", "lab/axis.py", "lab/metrics.py"}
+def test_the_page_has_a_wheel_a_suite_and_one_method_of_every_kind() -> None:
+    lab = {"lab/codes.py", "lab/axis.py", "lab/finder.py", "lab/metrics.py"}
+    assert set(FILES) == {"pulley.toml", "pulleys.toml"} | lab
     assert [command.split()[0] for command in COMMANDS] == ["show", "run", "compare", "report"]
 
 
@@ -43,6 +44,8 @@ def test_its_commands_run_in_order(folder: Path, monkeypatch: pytest.MonkeyPatch
     mine = [record.metrics for record in run.records if record.variant == "mine"]
     assert all(metrics["wrong_rate"] < 0.05 for metrics in mine)
     assert all(0.0 < metrics["lab.metrics:DEPTH_P99"] < 2.0 for metrics in mine)
+    assert all(metrics["burr_found"] == 1.0 for metrics in mine)
+    assert all(metrics["burr_angle_deg"] < 2.0 for metrics in mine)
     assert "Depth 99 %" in (folder / "runs" / "first" / "report.html").read_text("utf-8")
     assert (folder / "change.md").stat().st_size > 0
     assert (folder / "gate.xml").stat().st_size > 0

@@ -8,6 +8,8 @@ import numpy as np
 
 from bench.score.places import transform
 from burrscan.arrays import Floats, Ints32
+from burrscan.axis.basis import T_part_mesh as T_part_mesh_of
+from burrscan.axis.basis import origin_mm, sensed
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.pipeline import Pipeline, Stage
 from scenes.wheel import TrueBurr
@@ -64,17 +66,17 @@ def true_axis(T_part_mesh: Floats, vertices_mm: Floats) -> Axis:
     """The axis of the part in the mesh's frame, with the sign and the point that :class:`Axis` asks for."""
     to_mesh = np.linalg.inv(T_part_mesh).astype(float)
     origin, direction = to_mesh[:3, 3], to_mesh[:3, 2]
-    direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    direction = sensed(direction)
     middle = np.nanmean(vertices_mm, axis=0)
     point = origin + ((middle - origin) @ direction) * direction
     return Axis(point, direction, _SURE**2 * np.eye(4), "oracle")
 
 
 def true_generatrix(T_part_mesh: Floats, generatrix_zr_mm: Floats, axis: Axis) -> Generatrix:
-    """The outline, its z along ``axis`` from its point; turned round where the axis points backwards."""
+    """The outline, its z in the frame that ``axis`` states; turned round where the axis points backwards."""
     outline = np.asarray(generatrix_zr_mm, float)
     sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
-    start = float(transform(T_part_mesh, axis.point_mm)[2])
+    start = float(transform(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
     z, r = sense * (outline[:, 0] - start), outline[:, 1]
     if sense < 0.0:
         z, r = z[::-1], r[::-1]
@@ -87,10 +89,11 @@ def true_burrs(T_part_mesh: Floats, burrs: tuple[TrueBurr, ...], axis: Axis) -> 
 
 
 def _burr(T_part_mesh: Floats, burr: TrueBurr, axis: Axis) -> Burr:
-    start = float(transform(T_part_mesh, axis.point_mm)[2])
+    start = float(transform(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
     sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
     ends = sorted(sense * (z - start) for z in (burr.z_start_mm, burr.z_end_mm))
     angle = np.radians(burr.angle_deg)
+    stated = T_part_mesh_of(axis.point_mm, axis.direction) @ np.linalg.inv(T_part_mesh)
     outward = np.array([np.cos(angle), np.sin(angle), 0.0])
     middle = np.array([outward[0], outward[1], 0.5 * (burr.z_start_mm + burr.z_end_mm)])
     in_part = np.eye(4)  # x along the burr, z outwards
@@ -100,7 +103,7 @@ def _burr(T_part_mesh: Floats, burr: TrueBurr, axis: Axis) -> Burr:
     height, width, length, area, volume = (Value(float(size), _SURE) for size in sizes)
     return Burr(
         side=burr.side,
-        angle_deg=Value(burr.angle_deg, _SURE),
+        angle_deg=Value(float(np.degrees(np.arctan2(*(stated[:2, :3] @ outward)[::-1]))), _SURE),
         z_start_mm=Value(ends[0], _SURE),
         z_end_mm=Value(ends[1], _SURE),
         height_mm=height,

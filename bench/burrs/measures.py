@@ -11,6 +11,7 @@ from bench.axis.revolution import RevolutionScan, RidgeBurr
 from bench.burrs.scans import Disturbance, grid_scan
 from bench.burrs.table import SIGMA_MM, WITHIN_DEG, Tally, angle_error_deg
 from burrscan.api import inspect_mesh
+from burrscan.axis.basis import origin_mm
 from burrscan.inspection import Burr, Inspection, Value
 
 SIZES_MM = {"protrusion": 1.2, "nick": -1.2}
@@ -80,7 +81,10 @@ def _measured(
 def _ends(scan: RevolutionScan, inspection: Inspection, found: Burr) -> list[Value]:
     """Both ends as positions along the true axis, the lower first: the axis found may point either way."""
     axis = inspection.axis
-    start, sense = float((axis.point_mm - scan.point_mm) @ scan.direction), axis.direction @ scan.direction
+    start, sense = (
+        float((origin_mm(axis.point_mm, axis.direction) - scan.point_mm) @ scan.direction),
+        axis.direction @ scan.direction,
+    )
     ends = [Value(start + float(sense) * end.value, end.sigma) for end in (found.z_start_mm, found.z_end_mm)]
     return sorted(ends, key=lambda end: end.value)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, command, raster
+from bench.cli.grammar import Commands, add_json, command, raster
+from bench.cli.output import note, told, write_json
 
 _DETAILS = """\
 Geometry: each FOLDER shows a flat chessboard in another pose. It is a capture folder that codes columns
@@ -46,7 +46,7 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "--out", metavar="FILE", type=Path, required=True, help="the rig.json or sheets.json to write"
     )
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write values and uncertainties as JSON")
+    add_json(parser, "values and uncertainties")
     parser.add_argument(
         "--distortion", metavar="N", type=int, default=4, help="coefficients sought: 0, 2, 4 (default) or 5"
     )
@@ -78,11 +78,12 @@ def _geometry(given: argparse.Namespace) -> int:
         captures, board, camera=camera, projector=projector, distortion=given.distortion
     )
     for why in left_out:
-        print(f"note: left out: {why}", file=sys.stderr)
-    _print(found)
+        note(f"note: left out: {why}")
+    with told(given.json):
+        _print(found)
     write_rig(given.out, found.rig)
     if given.json:
-        _write_json(given.json, _geometry_tables(found))
+        write_json(given.json, _geometry_tables(found))
     return 0
 
 
@@ -140,10 +141,11 @@ def _photometry(given: argparse.Namespace) -> int:
     capture = read_ramps(given.folders[0])
     found = calibrate_photometry(capture.lamps, capture.levels, bit_depth=capture.bit_depth)
     camera = found.camera_sheet(exposure_range_ms=capture.exposure_range_ms)
-    _print_photometry(found, camera)
+    with told(given.json):
+        _print_photometry(found, camera)
     write_sheets(given.out, camera, found.projector_sheet())
     if given.json:
-        _write_json(given.json, _photometry_tables(found))
+        write_json(given.json, _photometry_tables(found))
     return 0
 
 
@@ -186,12 +188,3 @@ def _photometry_tables(found: Any) -> dict[str, Any]:
         "projector_crosstalk": found.projector_mix.tolist(),
         "projector_crosstalk_sigma": found.projector_mix_sigma.tolist(),
     }
-
-
-def _write_json(path: Path, document: dict[str, Any]) -> None:
-    import json
-
-    from burrscan.files import written_whole
-
-    with written_whole(path) as beside:
-        beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")

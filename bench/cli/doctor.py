@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_json_instead, command
+from bench.cli.output import write_json
 
 
 def add(commands: Commands) -> None:
     """Declare the subcommand."""
     parser = command(commands, "doctor", main, summary="say which renderer this machine runs, and why")
-    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    add_json_instead(parser, "the same")
 
 
 def main(given: argparse.Namespace) -> int:
@@ -20,5 +20,8 @@ def main(given: argparse.Namespace) -> int:
     from scenes.renderer import doctor, render_text
 
     report = doctor()
-    print(json.dumps(asdict(report), indent=1) if given.json else render_text(report))
+    if given.json:
+        write_json(given.json, asdict(report))
+    else:
+        print(render_text(report))
     return 0

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.cli.output import told, verbose, write_json
 from bench.cli.tables import plain_table, print_table
 from burrscan.arrays import Floats, Ints32
 from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
-from burrscan.meshio import write_deviation_ply, write_inspection_json
+from burrscan.meshio import inspection_document, write_deviation_ply
 
 _MOST_SHOWN = 30
 _USUAL_MM = (1.0, 10_000.0)
@@ -21,9 +22,12 @@ def deliver(
     inspection: Inspection, vertices_mm: Floats, faces: Ints32, *, json: Path | None, ply: Path | None
 ) -> None:
     """Print what was found, and write the files that are asked for."""
-    print_inspection(inspection)
+    with told(json):
+        print_inspection(inspection)
+        if verbose():
+            print("times         " + ", ".join(f"{k} {t:.2f} s" for k, t in inspection.timings_s.items()))
     if json:
-        write_inspection_json(json, inspection)
+        write_json(json, inspection_document(inspection))
     if ply:
         write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm)
 

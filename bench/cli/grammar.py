@@ -3,13 +3,56 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import math
+import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 Commands = Any
 """What ``add_subparsers`` returns; argparse keeps its type private."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that says what a mistyped command or option may have been."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with 2, the usage, what is wrong, and the nearest words that there are."""
+        wrong = re.search(r"invalid choice: '([^']*)'", message)
+        if wrong:
+            words = [word for action in actions_of(self) for word in action.choices or ()]
+            message = f"{message.partition(' (')[0]}{_near([wrong[1]], list(map(str, words)))}"
+        elif message.startswith("unrecognized arguments:"):
+            given = [word.partition("=")[0] for word in message.split()[2:] if word.startswith("-")]
+            message += _near(given, sorted(_options(self)))
+        self.print_usage(sys.stderr)
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """A parser's arguments and options, which argparse tells nobody."""
+    return list(parser._actions)  # noqa: SLF001
+
+
+def subcommands_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The parsers of a parser's subcommands, by name."""
+    tables = [action.choices for action in actions_of(parser) if isinstance(action.choices, dict)]
+    return {name: each for table in tables for name, each in table.items()}
+
+
+def _options(parser: argparse.ArgumentParser) -> set[str]:
+    """Every option of a parser and of its subcommands: the top one is told of what a subcommand leaves."""
+    inner = map(_options, subcommands_of(parser).values())
+    return {option for action in actions_of(parser) for option in action.option_strings}.union(*inner)
+
+
+def _near(given: list[str], known: list[str]) -> str:
+    near = [match for word in given for match in difflib.get_close_matches(word, known, n=1)]
+    if near:
+        return f"; did you mean {' '.join(repr(word) for word in near)}?"
+    return "" if any(word.startswith("-") for word in given) else f"; known: {', '.join(known)}"
 
 
 def command(
@@ -30,7 +73,39 @@ def command(
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(main=main)
+    add_verbosity(parser, default=argparse.SUPPRESS)
     return parser
+
+
+def add_verbosity(parser: argparse.ArgumentParser, *, default: int | str) -> None:
+    """``-q`` and ``-v``: before the command or after it."""
+    parser.add_argument(
+        "-q",
+        "--quiet",
+        action="store_const",
+        const=-1,
+        dest="verbosity",
+        default=default,
+        help="results only",
+    )
+    parser.add_argument(
+        "-v", "--verbose", action="count", dest="verbosity", default=default, help="say more; -vv: everything"
+    )
+
+
+def add_json(parser: argparse.ArgumentParser, what: str) -> None:
+    """``--json FILE``, for commands that print for people besides."""
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help=f"write {what} as JSON; - is standard output"
+    )
+
+
+def add_json_instead(parser: argparse.ArgumentParser, what: str) -> None:
+    """``--json [FILE]``, for commands that print either for people or for programs."""
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, nargs="?", const=Path("-"),
+        help=f"{what} as JSON; to standard output without a FILE or with -",
+    )  # fmt: skip
 
 
 def positive(text: str) -> int:
@@ -55,7 +130,7 @@ def add_inspection_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--limit", metavar="MM", type=length_mm, help="height up to which a burr is permitted"
     )
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write everything found as JSON")
+    add_json(parser, "everything found")
     parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh with its deviations as PLY")
 
 

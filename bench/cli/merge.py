@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_json, command
+from bench.cli.output import told, write_json
 
 _DETAILS = """\
 Every MESH is a view of the same part in its own camera's frame, as `burrscan scan --ply` writes it.
@@ -36,14 +37,14 @@ def add(commands: Commands) -> None:
     parser.add_argument("meshes", metavar="MESH", type=Path, nargs="+", help="a PLY, STL or OBJ file, mm")
     parser.add_argument("--poses", metavar="FILE", type=Path, required=True, help="the rough poses")
     parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="the merged mesh, PLY")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the aligned poses as JSON")
+    add_json(parser, "the aligned poses")
 
 
 def main(given: argparse.Namespace) -> int:
     """Align, say how well, write."""
     from burrscan.ply import write_ply
     from burrscan.registration import align, merge
-    from burrscan.registration.files import read_views, write_alignment
+    from burrscan.registration.files import alignment_document, read_views
 
     views, sigma_mm, sigma_deg = read_views(given.meshes, given.poses)
     found = align(views, sigma_mm=sigma_mm, sigma_deg=sigma_deg)
@@ -55,8 +56,9 @@ def main(given: argparse.Namespace) -> int:
         scalars={"sigma_mm": merged.sigma_mm, "view": merged.view.astype(float)},
     )
     if given.json:
-        write_alignment(given.json, found)
-    _say(given.meshes, found)
+        write_json(given.json, alignment_document(found))
+    with told(given.json):
+        _say(given.meshes, found)
     return 0
 
 

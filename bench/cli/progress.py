@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,12 +12,16 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
+from bench.cli.output import verbose
 from bench.run.runner import Progress
 
 
 @contextmanager
 def shown(title: str) -> Iterator[Callable[[Progress], None]]:
     """Yield the callback that shows progress on stderr."""
+    if not verbose(logging.WARNING):
+        yield lambda _: None
+        return
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda state: _line(title, state)

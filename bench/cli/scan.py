@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, command, raster
+from bench.cli.grammar import Commands, add_json, command, raster
+from bench.cli.output import told, write_json
 
 _DETAILS = """\
 FOLDER is a capture folder (burrscan/captures/README.md), rendered by `burrscan render` or recorded,
@@ -31,7 +32,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="a capture folder")
     parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh as PLY")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary as JSON")
+    add_json(parser, "the summary")
     parser.add_argument("--scan", metavar="METHOD", help="strategy (default: as recorded)")
     parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
     parser.add_argument("--sheets", metavar="FILE", type=Path, help="measured sheets.json of both devices")
@@ -44,10 +45,11 @@ def main(given: argparse.Namespace) -> int:
 
     plain = given.gray is not None or is_gray_folder(given.folder)
     summary, surface = _gray(given) if plain else _capture(given)
-    for name, value in summary.items():
-        print(f"{name:<18}{_text(value)}")
+    with told(given.json):
+        for name, value in summary.items():
+            print(f"{name:<18}{_text(value)}")
     if given.json:
-        _write_json(given.json, summary)
+        write_json(given.json, summary)
     if given.ply:
         _write_ply(given.ply, surface)
     return 0
@@ -146,15 +148,6 @@ def _text(value: Any) -> str:
     if value is None:
         return "–"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _write_json(path: Path, summary: dict[str, Any]) -> None:
-    import json
-
-    from burrscan.files import written_whole
-
-    with written_whole(path) as beside:
-        beside.write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
 
 
 def _write_ply(path: Path, surface: Any) -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 
-from bench.cli.grammar import Commands, command, positive
+from bench.cli.grammar import Commands, add_json_instead, command, positive
+from bench.cli.output import write_json
 
 
 def add(commands: Commands) -> None:
@@ -21,7 +21,7 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "--workers", metavar="N", type=positive, help="for the estimate (default: one per core)"
     )
-    parser.add_argument("--json", action="store_true", help="the suite resolved, as JSON")
+    add_json_instead(parser, "the suite resolved,")
 
 
 def main(given: argparse.Namespace) -> int:
@@ -35,7 +35,7 @@ def main(given: argparse.Namespace) -> int:
 
     suite = load_suite(given.suite)
     if given.json:
-        print(json.dumps(suite.document(), indent=1))
+        write_json(given.json, suite.document())
         return 0
     cases = expand(suite)
     print("\n".join(described(suite)))

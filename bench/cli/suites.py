@@ -3,40 +3,54 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_json_instead, command
+from bench.cli.output import write_json
 
 _FEW = 5
 
 
 def add(commands: Commands) -> None:
     """Declare the subcommand."""
-    command(commands, "suites", main, summary="list the suites that come with burrscan")
+    parser = command(commands, "suites", main, summary="list the suites that come with burrscan")
+    add_json_instead(parser, "the same")
 
 
-def main(_given: argparse.Namespace) -> int:
-    """Print one line per suite."""
-    from bench.cli.tables import plain_table, print_table
+def main(given: argparse.Namespace) -> int:
+    """Print one line per suite, or all of them for a program."""
     from bench.run.costs import estimate, known_costs
     from bench.suites.cases import expand
     from bench.suites.catalogue import load_suite, suite_names
     from scenes.renderer import usable_cores
     from scenes.transport.store import default_folder
 
-    table = plain_table()
-    for head in ("suite", "what it measures", "cases", "variants", "takes"):
-        table.add_column(head)
-    costs = known_costs(default_folder())
+    costs, rows = known_costs(default_folder()), []
     for name in suite_names():
         suite = load_suite(name)
         cases = expand(suite)
         takes = estimate(suite, cases, costs, workers=usable_cores()).takes
-        table.add_row(
-            name, suite.title, str(len(cases)), _variants([variant.name for variant in suite.variant]), takes
+        variants = [variant.name for variant in suite.variant]
+        rows.append(
+            {"name": name, "title": suite.title, "cases": len(cases), "variants": variants, "takes": takes}
         )
+    if given.json:
+        write_json(given.json, rows)
+    else:
+        _print(rows)
+    return 0
+
+
+def _print(rows: list[dict[str, Any]]) -> None:
+    from bench.cli.tables import plain_table, print_table
+
+    table = plain_table()
+    for head in ("suite", "what it measures", "cases", "variants", "takes"):
+        table.add_column(head)
+    for row in rows:
+        table.add_row(row["name"], row["title"], str(row["cases"]), _variants(row["variants"]), row["takes"])
     print_table(table)
     print("times are estimates for this machine; 'burrscan show SUITE' says more")
-    return 0
 
 
 def _variants(names: list[str]) -> str:

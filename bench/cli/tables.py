@@ -16,8 +16,27 @@ def plain_table(title: str = "") -> Table:
 
 
 def print_table(table: Table) -> None:
-    """Print a table as wide as it is: cells cut short say nothing, long lines can be scrolled."""
+    """Print a table in the width there is, no cell cut short.
+
+    On a terminal too narrow for it cells are folded, and where even that does not fit every row becomes lines
+    of ``head: cell``. In a file or a pipe it is as wide as it is.
+    """
     console = Console()
-    needed = Measurement.get(console, console.options.update(max_width=1000), table).maximum
-    console.width = max(console.width, needed)
+    wide = console.options.update(max_width=1000)
+    if not console.is_terminal:
+        console.width = max(console.width, Measurement.get(console, wide, table).maximum)
+    if Measurement.get(console, wide, table).maximum > console.width:
+        for column in table.columns:
+            column.no_wrap, column.overflow = False, "fold"
+        if Measurement.get(console, wide, table).minimum > console.width:
+            _print_rows(console, table)
+            return
     console.print(table)
+
+
+def _print_rows(console: Console, table: Table) -> None:
+    cells = [list(column.cells) for column in table.columns]
+    for row in zip(*cells, strict=True):
+        for column, cell in zip(table.columns, row, strict=True):
+            console.print(f"{column.header}: {cell}", soft_wrap=True, highlight=False)
+        console.print()

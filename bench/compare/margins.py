@@ -11,7 +11,8 @@ import math
 from collections.abc import Mapping
 
 from bench.score.metrics import METRICS, metric_named
-from bench.suites.suite import Gate, Suite, refuse
+from bench.suites.suite import Gate, Suite
+from burrscan.documents import refuse
 from burrscan.variants import suggest
 
 FAILURES = "failures"

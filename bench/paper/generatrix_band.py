@@ -17,6 +17,7 @@ from bench.paper.scanned import Scanned, in_frame
 from bench.report.axes import Axes
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
+from burrscan.axis.basis import origin_mm
 from burrscan.inspection import Axis
 
 STEPS = 40
@@ -64,7 +65,7 @@ def _about(name: str, scan: Scanned, axis: Axis) -> dict[str, Floats]:
     angle = (angle - middle + 180.0) % 360.0 - 180.0
     test = sectioned(scan.vertices_mm, scan.faces, angles_of(axis.direction))
     sign = np.sign(float((test.turn @ axis.direction)[2]))
-    along = sign * (test.good[:, 2] - float((test.turn @ axis.point_mm)[2]))
+    along = sign * (test.good[:, 2] - float((test.turn @ origin_mm(axis.point_mm, axis.direction))[2]))
     every = slice(None, None, max(len(part) // _SHOWN, 1))
     return {
         f"{name}_zr": np.column_stack([part[:, 2], radius])[every].astype(np.float32),

@@ -130,13 +130,15 @@ def _errors(found: Place, true: Place) -> dict[str, float]:
 
 
 def _mean_over_hits(evidence: PartEvidence, error: Callable[[Place, Place], float]) -> float:
+    """Mean amount over the burrs found whose method states the quantity; NaN where it never does."""
     matching = evidence.matching
     errors = [
         abs(error(matching.found[piece], true))
         for piece, true in zip(matching.best, matching.true, strict=True)
         if piece >= 0
     ]
-    return float(np.mean(errors)) if errors else math.nan
+    stated = [value for value in errors if not math.isnan(value)]
+    return float(np.mean(stated)) if stated else math.nan
 
 
 def _along_mm(points_mm: Floats, place: Place) -> Floats:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
 from burrscan.arrays import Floats
 
 Angle = TypeVar("Angle", float, Floats)
@@ -25,7 +27,7 @@ class Place:
     angle_deg, arc_deg
         Angle of its middle, and half of the arc that it spans about it; 0 where it runs along the axis.
     z_start_mm, z_end_mm
-        Extent along the axis, start below end.
+        Extent along the axis, start below end; NaN where a method states none.
     height_mm
         Height or depth, positive.
 
@@ -78,8 +80,8 @@ def turn_deg(a_deg: Angle, b_deg: float) -> Angle:
 
 
 def overlap_mm(a: Place, b: Place) -> float:
-    """Common extent along the axis; negative: the gap between them."""
-    return min(a.z_end_mm, b.z_end_mm) - max(a.z_start_mm, b.z_start_mm)
+    """Common extent along the axis; negative: the gap. All of the other where one states none."""
+    return float(np.fmin(a.z_end_mm, b.z_end_mm) - np.fmax(a.z_start_mm, b.z_start_mm))
 
 
 def _off_arc_deg(found: Place, true: Place) -> float:

@@ -36,8 +36,16 @@ def true_place(burr: TrueBurr) -> Place:
 
 
 def found_place(burr: Burr, *, T_part_camera: Floats, T_part_found: Floats) -> Place:
-    """A burr found, carried to the true part frame: its middle by its pose, its extent by the axis found."""
-    x, y, _ = transform(T_part_camera, burr.T_mesh_burr[:3, 3])
+    """A burr found, carried to the true part frame: its middle by its pose, its extent by the axis found.
+
+    Where a method states no pose, its angle tells the middle (the pipeline lets no burr pass that states
+    both and means two places: :mod:`burrscan.burrs.agreement`).
+    """
     ends = along_axis_mm(T_part_found, np.array([burr.z_start_mm.value, burr.z_end_mm.value]))
+    if np.isfinite(burr.T_mesh_burr).all():
+        x, y, _ = transform(T_part_camera, burr.T_mesh_burr[:3, 3])
+    else:
+        stated = np.radians(burr.angle_deg.value)
+        x, y, _ = T_part_found[:3, :3] @ [np.cos(stated), np.sin(stated), 0.0]
     angle = float(np.degrees(np.arctan2(y, x)))
     return Place(burr.side, angle, 0.0, float(ends.min()), float(ends.max()), burr.height_mm.value)

@@ -14,7 +14,8 @@ from bench.suites.case import Case
 from bench.suites.identity import content_hash, stream
 from bench.suites.paths import override
 from bench.suites.sources import HASHES
-from bench.suites.suite import CONDITION, Suite, problems_of, refuse
+from bench.suites.suite import CONDITION, Suite
+from burrscan.documents import problems_of, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -13,12 +14,17 @@ from bench.score.metrics import METRICS, metric_named
 from bench.suites.case import Case
 from bench.suites.cases import expand
 from bench.suites.paths import merge
-from bench.suites.suite import Suite, problems_of, refuse, suite_from
+from bench.suites.suite import Suite, suite_as_far
 from bench.suites.variants import pipeline_of
-from burrscan.documents import read_toml
+from burrscan.documents import problems_of, read_toml, refuse
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 from scenes.scene import scene_document, wheel_beside, with_wheel_beside
+
+_DISTINGUISH = frozenset({"sweep", "random", "condition"})
+"""Tables that say which paths distinguish cases."""
+_OF_CASES = _DISTINGUISH | {"scene", "source"}
+"""Tables without which there are no cases to check."""
 
 
 def suite_names() -> list[str]:
@@ -43,8 +49,16 @@ def load_suite(name_or_path: str | Path) -> Suite:
     """
     path = _find(name_or_path)
     document = read_toml(path)
-    suite = suite_from({**document, **_scenes(document, path)}, source=str(path))
-    refuse(list(_problems(suite)), str(path))
+    problems: list[str] = []
+    try:
+        document = {**document, **_scenes(document, path)}
+    except InputError as error:
+        problems = [f"scene: {problem}" for problem in problems_of(error)]
+    suite, of_form, without = suite_as_far(document, source=str(path))
+    if problems:
+        without |= {"scene"}
+    problems += [*of_form, *_problems(suite, without)]
+    refuse(list(dict.fromkeys(problems)), str(path))
     return suite
 
 
@@ -84,14 +98,19 @@ def _scene(table: Any, path: Path) -> Any:
     return merge(scene_document(str(beside) if beside.suffix == ".toml" and beside.exists() else base), over)
 
 
-def _problems(suite: Suite) -> Iterator[str]:
-    """Everything that is wrong with what the suite names."""
+def _problems(suite: Suite, without: AbstractSet[str]) -> Iterator[str]:
+    """Everything that is wrong with what the suite names, but for what follows from tables left out."""
     yield from _metric_problems(suite)
     yield from _goal_problems(suite)
-    yield from _unknown_variants("budget", suite, suite.budgeted)
+    if not without & _DISTINGUISH:
+        yield from _path_goal_problems(suite)
+    if "variant" not in without:
+        yield from _unknown_variants("budget", suite, suite.budgeted)
+        yield from _variant_goal_problems(suite)
     for variant in suite.variant:
         yield from _listed(f"variant '{variant.name}'", partial(pipeline_of, variant))
-    yield from _listed("scene", lambda: _no_twins(expand(suite)))
+    if not without & _OF_CASES:
+        yield from _listed("scene", lambda: _no_twins(expand(suite)))
 
 
 def _no_twins(cases: Sequence[Case]) -> None:
@@ -118,8 +137,16 @@ def _goal_problems(suite: Suite) -> Iterator[str]:
         yield from _listed("goal", partial(metric_named, goal.metric))
         if goal.at_least is None and goal.at_most is None:
             yield f"goal: '{goal.metric}' has neither at_least nor at_most"
+
+
+def _variant_goal_problems(suite: Suite) -> Iterator[str]:
+    for goal in suite.goal:
         if goal.variant:
             yield from _unknown_variants("goal", suite, [goal.variant])
+
+
+def _path_goal_problems(suite: Suite) -> Iterator[str]:
+    for goal in suite.goal:
         yield from (f"goal: {problem}" for problem in _path_problems(suite, goal.where))
     yield from (f"groups: {problem}" for problem in _path_problems(suite, suite.groups))
 

@@ -13,7 +13,7 @@ from bench.suites.design import RandomDesign, arranged_design
 from bench.suites.paths import flatten
 from bench.suites.pipelines import swept_pipelines
 from bench.suites.sources import Source
-from burrscan.documents import STRICT, build
+from burrscan.documents import STRICT, build, problems_of, refuse
 from burrscan.errors import InputError
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+=-]*$", max_length=60)]
@@ -205,6 +205,42 @@ def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
 
     """
     suite = build(Suite, _arranged(document), source=source)
+    refuse(_problems_of_form(suite), source)
+    return suite
+
+
+def suite_as_far(document: Mapping[str, Any], *, source: str) -> tuple[Suite, list[str], frozenset[str]]:
+    """A suite of what can be read of a document, everything of form that is wrong, and the tables left out.
+
+    What names mean can then be checked in the rest: a file's errors are listed at once, of whatever kind.
+    """
+    arranged = _arranged(document)
+    try:
+        suite = build(Suite, arranged, source=source)
+    except InputError as error:
+        problems = problems_of(error)
+        readable, without = _readable(arranged, problems)
+        return build(Suite, readable, source=source), problems, without
+    return suite, _problems_of_form(suite), frozenset()
+
+
+def _readable(arranged: Mapping[str, Any], problems: list[str]) -> tuple[dict[str, Any], frozenset[str]]:
+    """A document without what its problems name (of a list, without that item), and the tables concerned."""
+    paths = [problem.partition(":")[0].split(".") for problem in problems]
+    without = frozenset(path[0] for path in paths)
+    items = {(path[0], int(path[1])) for path in paths if len(path) > 1 and path[1].isdigit()}
+    listed = {key for key, _ in items if isinstance(arranged.get(key), list | tuple)}
+    whole = {path[0] for path in paths if path[0] not in listed or len(path) == 1}
+    kept = {
+        key: [one for i, one in enumerate(value) if (key, i) not in items] if key in listed else value
+        for key, value in arranged.items()
+        if key not in whole
+    }
+    needed = {"name": "unreadable", "scene": {}, "variant": [{"name": "unreadable"}]}
+    return {**kept, **{key: kept.get(key) or usual for key, usual in needed.items()}}, without
+
+
+def _problems_of_form(suite: Suite) -> list[str]:
     problems = [*_twice("variant", [v.name for v in suite.variant]), *_twice("seed", list(suite.seeds))]
     problems += _twice("gate", [gate.metric for gate in suite.gate])
     problems += [
@@ -213,9 +249,7 @@ def suite_from(document: Mapping[str, Any], *, source: str) -> Suite:
         if low > high
     ]
     problems += list(suite.random.problems()) if suite.random else []
-    problems += _both(suite)
-    refuse(problems, source)
-    return suite
+    return problems + _both(suite)
 
 
 def _both(suite: Suite) -> list[str]:
@@ -226,19 +260,6 @@ def _both(suite: Suite) -> list[str]:
     sets["set by a condition"] = conditions
     pairs = itertools.combinations(sets, 2)
     return [f"{path}: both {a} and {b}" for a, b in pairs for path in sorted(sets[a] & sets[b])]
-
-
-def refuse(problems: list[str], source: str) -> None:
-    """Raise one :class:`InputError` that lists all ``problems``, if there are any."""
-    if problems:
-        lines = "\n".join(f"  {problem}" for problem in problems)
-        raise InputError(f"{source}: {len(problems)} problem(s)\n{lines}")
-
-
-def problems_of(error: InputError) -> list[str]:
-    """The lines of an error that lists several (see :func:`refuse`), or its one message."""
-    head, *lines = str(error).split("\n")
-    return [line.strip() for line in lines] if head.endswith("problem(s)") else [str(error)]
 
 
 def _arranged(document: Mapping[str, Any]) -> dict[str, Any]:

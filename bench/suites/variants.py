@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from bench.suites.suite import Variant, refuse
-from burrscan.documents import build
+from bench.suites.suite import Variant
+from burrscan.documents import build, problems_of, refuse
 from burrscan.errors import InputError
 from burrscan.pipeline import Pipeline, stage_function
 
@@ -22,11 +22,16 @@ def pipeline_of(variant: Variant) -> Pipeline:
 
     """
     source = f"variant '{variant.name}'"
-    pipeline = build(
-        Pipeline, {kind: _table(choice) for kind, choice in variant.stages.items()}, source=source
-    )
-    problems = [_problem(pipeline, stage.name) for stage in fields(Pipeline)]
-    refuse([problem for problem in problems if problem], source)
+    tables = {kind: _table(choice) for kind, choice in variant.stages.items()}
+    problems: list[str] = []
+    try:
+        pipeline = build(Pipeline, tables, source=source)
+    except InputError as error:
+        problems = problems_of(error)
+        wrong = {problem.partition(":")[0].partition(".")[0] for problem in problems}
+        pipeline = build(Pipeline, {k: table for k, table in tables.items() if k not in wrong}, source=source)
+    named = [_problem(pipeline, stage.name) for stage in fields(Pipeline)]
+    refuse([*problems, *(problem for problem in named if problem)], source)
     return pipeline
 
 

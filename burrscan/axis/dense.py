@@ -31,10 +31,7 @@ def densified(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
     (V', 3) points of which the first V are those given, and (T', 3) faces. O(T').
 
     """
-    if len(points) > MOST_VERTICES or not _coarse(points, faces):
-        return points, faces
-    # A scan's spikes have long faces too. The median of neighbours takes them away, but no drawing's faces.
-    if not _coarse(_without_spikes(points, faces), faces):
+    if len(points) > MOST_VERTICES or not is_coarse(points, faces):
         return points, faces
     done = [np.empty((0, 3), np.int32)]
     while len(faces):
@@ -47,6 +44,12 @@ def densified(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
             break
         points, faces = _halved(points, faces[~short], longest[~short])
     return points, np.concatenate(done)
+
+
+def is_coarse(points: Floats, faces: Ints32) -> bool:
+    """Whether most of a mesh's area is in long faces, as in a drawing; (V, 3) in units of the rms radius."""
+    # A scan's spikes have long faces too. The median of neighbours takes them away, but no drawing's faces.
+    return _coarse(points, faces) and _coarse(_without_spikes(points, faces), faces)
 
 
 def _coarse(points: Floats, faces: Ints32) -> bool:

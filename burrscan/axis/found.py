@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.axis.basis import sensed
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
 from burrscan.axis.surfels import Surfels, surfels_of
 from burrscan.inspection import Axis
@@ -20,8 +21,7 @@ def patches(vertices_mm: Floats, sigma_mm: Floats | None) -> tuple[Cloud, Surfel
 
 def bare_axis(cloud: Cloud, direction: Floats, place: Floats, method: str, evaluations: int) -> Axis:
     """An axis given in the canonical frame, in the frame of the mesh, with no covariance stated."""
-    a = cloud.rotation @ (direction / np.linalg.norm(direction))
-    a = a * np.sign(a[np.argmax(np.abs(a))])
+    a = sensed(cloud.rotation @ (direction / np.linalg.norm(direction)))
     point = cloud.rotation @ place
     point = cloud.mean_mm + cloud.scale_mm * (point - a * (a @ point))
     return Axis(point, a, np.full((4, 4), np.nan), method, evaluations)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.basis import perpendicular_basis
+from burrscan.axis.basis import perpendicular_basis, sensed
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
 from burrscan.axis.degenerate import undetermined
 from burrscan.axis.dense import densified
@@ -180,7 +180,7 @@ def thickness(fit: Fit, total: float) -> float:
 def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int, flags: tuple[str, ...]) -> Axis:
     """Turn a fit in the canonical frame into an axis in the frame of the mesh."""
     direction = cloud.rotation @ fit.frame[:, 2]
-    direction /= np.linalg.norm(direction) * np.sign(direction[np.argmax(np.abs(direction))])
+    direction = sensed(direction / np.linalg.norm(direction))
     along = float(fit.frame[:, 2] @ fit.place)
     point = cloud.mean_mm + cloud.scale_mm * (cloud.rotation @ (fit.place - along * fit.frame[:, 2]))
     change = perpendicular_basis(direction).T @ cloud.rotation @ fit.frame[:, :2]

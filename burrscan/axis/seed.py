@@ -25,6 +25,7 @@ from typing import Literal
 import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.axis.basis import sensed
 from burrscan.axis.sections import fit_circles, sections, turned_to_z
 from burrscan.axis.starts import hemisphere
 from burrscan.errors import InputError
@@ -239,7 +240,7 @@ def nearest_to_others(centres: Floats, tolerance: float) -> Floats:
 
 
 def _axis(vertices: Floats, turn: Floats, centre: Floats, method: str, evaluations: int) -> Axis:
-    direction = turn[2] * np.sign(turn[2, np.argmax(np.abs(turn[2]))])
+    direction = sensed(turn[2])
     middle = vertices.mean(axis=0)
     point = turn.T @ np.array([*centre, 0.0])
     point += direction * (direction @ (middle - point))

@@ -170,7 +170,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, lim
     area = _area(ridge)
     volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     angle, vertex = _middle(site, ridge, frame, field.spacing_mm)
-    z_low, z_high = _reach_z(field, site, frame.patch, ridge)
+    z_low, z_high = _reach_z(field, site, frame.patch, ridge, vertex)
     return Burr(
         side=side,
         angle_deg=Value(float(np.degrees(angle.value)), float(np.degrees(angle.sigma))),
@@ -205,11 +205,12 @@ def _middle(site: Site, ridge: Ridge, frame: _Frame, spacing: float) -> tuple[Va
     return Value(angle, float(np.hypot(across * b, 0.3 * spacing * a)) / radius), int(site.chosen[nearest])
 
 
-def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge) -> tuple[float, float]:
-    """Least and greatest axial position under the burr."""
+def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge, vertex: int) -> tuple[float, float]:
+    """Least and greatest axial position under the burr, its middle (below ``vertex``) included."""
     on = (ridge.shape(patch) > 0.0) & (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
     z = field.foot[site.chosen[on], 0] if on.any() else field.foot[site.chosen, 0]
-    return float(z.min()), float(z.max())
+    middle = field.foot[vertex, 0]
+    return float(min(z.min(), middle)), float(max(z.max(), middle))
 
 
 def _pose(field: Field, vertex: int, direction: Floats, angle: float, axis: Axis) -> Floats:

@@ -244,6 +244,8 @@ def levelled(
     """
     overall = 1.4826 * float(np.median(np.abs(deviation))) + finest
     mean, spread = core_of(deviation, cell, shape[0], overall)
+    # About the middle of the data: about the part frame's origin, which may be far away, a tilt is a shift.
+    place = place - [float(place[:, 0].mean()), 0.0]
     middle = arc[0] + (np.arange(shape[1]) + 0.5) * arc[1] / shape[1]
     cosine, sine = np.cos(middle), np.sin(middle)
     matrix, right = _motion_equations(deviation, cell, place, normal, mean, spread, cosine, sine)

@@ -81,7 +81,7 @@ def burrs_seed(
     on = turn[chosen] < np.radians(tolerance_deg)
     sign = 1 if np.median(signed[agree]) >= 0.0 else -1
     burr = describe(field, Site(chosen, on, sign, significance), axis, limit_mm=limit_mm)
-    return (_with_angle(burr or _angle_only(sign, significance), angle, angles[agree]),)
+    return (_with_angle(burr or _angle_only(sign, significance), angle, angles[agree], axis),)
 
 
 def _farthest(
@@ -168,11 +168,19 @@ def _significance(agree: int, circles: int, chance: float, iterations: int) -> f
     return float(max(-ndtri(min(max(tail, 1e-300), 1.0 - 1e-9)), 0.0))
 
 
-def _with_angle(burr: Burr, angle: float, agreeing: Floats) -> Burr:
-    """The burr at the angle that the paper's mean gives."""
+def _with_angle(burr: Burr, angle: float, agreeing: Floats, axis: Axis) -> Burr:
+    """The burr at the angle that the paper's mean gives, its pose turned there about the axis."""
     spread = np.angle(np.exp(1j * (agreeing - angle)))
     sigma = float(np.std(spread) / np.sqrt(max(len(spread) - 1, 1)))
-    return dataclasses.replace(burr, angle_deg=Value(float(np.degrees(angle)), float(np.degrees(sigma))))
+    part = T_part_mesh(axis.point_mm, axis.direction)
+    by = angle - np.radians(burr.angle_deg.value)
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(by), -np.sin(by)], [np.sin(by), np.cos(by)]]
+    return dataclasses.replace(
+        burr,
+        angle_deg=Value(float(np.degrees(angle)), float(np.degrees(sigma))),
+        T_mesh_burr=np.linalg.inv(part) @ turn @ part @ burr.T_mesh_burr,
+    )
 
 
 def _angle_only(sign: int, significance: float) -> Burr:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -14,7 +13,6 @@ from pydantic.dataclasses import dataclass
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT, build, read_json
 from burrscan.errors import InputError
-from burrscan.files import written_whole
 from burrscan.meshio import read_mesh
 from burrscan.registration.alignment import Alignment, PosedSurface
 
@@ -55,9 +53,9 @@ def read_views(meshes: Sequence[Path], poses: Path) -> tuple[list[PosedSurface],
     return views, told.sigma_mm, told.sigma_deg
 
 
-def write_alignment(path: Path, found: Alignment) -> None:
-    """Write the aligned poses, their covariances and overlaps as JSON."""
-    document = {
+def alignment_document(found: Alignment) -> dict[str, Any]:
+    """The aligned poses, their covariances and overlaps as a plain document for JSON."""
+    return {
         "schema": "burrscan-alignment/1",
         "T_world_camera": found.T_world_camera.tolist(),
         "covariance": found.covariance.tolist(),
@@ -66,8 +64,6 @@ def write_alignment(path: Path, found: Alignment) -> None:
         "rms_mm": found.rms_mm if np.isfinite(found.rms_mm) else None,
         "iterations": found.iterations,
     }
-    with written_whole(path) as beside:
-        beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
 
 
 def _view(path: Path, pose: Floats) -> PosedSurface:

@@ -24,6 +24,7 @@ HEIGHT, WIDTH = 60, 120
 POINT = np.array([3.0, -2.0, 600.0])
 DIRECTION = np.array([0.1, 0.99, 0.05]) / np.linalg.norm([0.1, 0.99, 0.05])
 T_PART_CAMERA = T_part_mesh(POINT, DIRECTION)
+T_PART_CAMERA[2, 3] = -DIRECTION @ POINT  # the part's own z counts from its middle
 PROFILE = np.array([[-30.0, RADIUS_MM], [30.0, RADIUS_MM]])
 RIG = Rig(View(WIDTH, HEIGHT, 400, 400, 59.5, 29.5), View(100, 80, 300, 300, 49.5, 39.5), np.eye(4))
 

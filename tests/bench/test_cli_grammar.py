@@ -97,7 +97,7 @@ def test_detect_prints_and_writes_what_it_found(tmp_path: Path, capsys: pytest.C
     trimesh.Trimesh(vertices / 1000.0, faces, process=False).export(tmp_path / "rod.ply")
     found, deviation = tmp_path / "found.json", tmp_path / "deviation.ply"
     asked = ["detect", str(tmp_path / "rod.ply"), "--json", str(found), "--ply", str(deviation)]
-    assert main([*asked, "--unit", "m", "--limit", "0.5"]) == 0
+    assert main([*asked, "--unit", "m", "--limit", "0.5"]) == 1
     told = capsys.readouterr().out
     assert "axis" in told
     assert "generatrix" in told

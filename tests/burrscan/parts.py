@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.axis.revolution import RevolutionScan, grid_faces, profile_of, random_pose
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.basis import T_part_mesh, origin_mm
 from burrscan.inspection import Axis
 
 
@@ -20,8 +20,8 @@ def exact_axis(scan: RevolutionScan) -> Axis:
 
 
 def z_offset_mm(scan: RevolutionScan, axis: Axis) -> float:
-    """What to add to z along the axis to get the part's own z."""
-    return float((axis.point_mm - scan.point_mm) @ scan.direction)
+    """What to add to z along the axis found to get the part's own z."""
+    return float((origin_mm(axis.point_mm, axis.direction) - scan.point_mm) @ scan.direction)
 
 
 def angle_in_frame_deg(scan: RevolutionScan, axis: Axis, angle_deg: float) -> float:

@@ -3,13 +3,13 @@
 from typing import Any
 
 import numpy as np
+from scenes.transport.tiles import no_tiles
 
 from burrscan.scanner import Patterns
 from scenes.bound import Shot, bound_px
 from scenes.scene import scene_from
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows
-from scenes.transport.tiles import no_tiles
 
 HEIGHT, WIDTH, FRAMES, PERIOD_PX = 8, 64, 8, 16.0
 

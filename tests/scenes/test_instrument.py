@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes.transport.tiles import no_tiles
 
 from burrscan import Patterns
 from burrscan.arrays import Floats32
@@ -15,7 +16,6 @@ from scenes.scanner import SimulatedScanner
 from scenes.scene import scene_from
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows
-from scenes.transport.tiles import no_tiles
 
 
 def identity_scanner(*, surround: float = 0.0, **tables: Any) -> SimulatedScanner:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes.transport.tiles import no_tiles
 from scipy import stats
 from scipy.ndimage import binary_erosion
 
@@ -25,7 +26,6 @@ from scenes.transport.rows import SparseRows
 from scenes.transport.splat import group_by_pixel, splat
 from scenes.transport.stock import stock_ambient, stock_image
 from scenes.transport.store import stored
-from scenes.transport.tiles import no_tiles
 from scenes.transport.trace import trace
 from scenes.transport.world import wheel_mesh
 from scenes.wheel import Wheel, build_wheel, load_wheel
