@@ -1,17 +1,22 @@
-"""The Cramér-Rao bound of a scan: how fine the frames that were really shown let a column be known.
+"""The Cramér-Rao bounds of a scan: how fine the frames that were really shown let a column be known.
 
-Each camera pixel's expected electrons in frame f are ``t_f r (a D_f(u) + I_f) + t_f b``: exposure t, the rate
-r, direct light D through the pixel's own footprint, interreflected light I. Unknown are the column u, the
-direct amplitude a and the steady light b; interreflected light is taken as known, so that no decoder that has
-to find it can pass the bound. With independent noise of variance σ² = mean + read noise² + quantisation the
-Fisher information is ``Σ_f ∇μ ∇μᵀ / σ²`` (Kay, Fundamentals of Statistical Signal Processing I, section 3.9,
-without its variance term, below a percent here), and the bound is the square root of its inverse's uu entry.
+Each camera pixel's expected electrons in frame f are ``t_f r (a D_f(u) + I_f) + t_f b``: exposure t, the
+rate r, direct light D through the pixel's own footprint, interreflected light I. With independent noise of
+variance σ² = mean + read noise² + quantisation the Fisher information of the unknowns is ``Σ_f ∇μ ∇μᵀ / σ²``
+(Kay, Fundamentals of Statistical Signal Processing I, section 3.9, without its variance term, below a percent
+here), and the bound is the square root of its inverse's uu entry.
+
+Two bounds, for what a decoder may know of the interreflected light. *Known*: unknown are the column u, the
+direct amplitude a and the steady light b; no decoder that has to find the rest can pass it. *Second path*:
+the interreflected light is taken for one more path of unknown strength c and column w, ``I_f = c I_f(w)``;
+that is what a decoder is up against that knows the shape of the second path but neither where it comes from
+nor how strong it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +28,7 @@ from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
 
 _FRAMES_AT_ONCE = 12
+_UNKNOWNS = 5  # u, a, b, c, w
 _DERIVATIVE = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
 """Weights of a central difference of sixth order: exact to 1 % for sines of down to 5 px."""
 
@@ -48,8 +54,20 @@ class WatchedScanner(PassThrough):
         return self._scanner.capture(patterns, exposure_ms)
 
 
-def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, every: int = 8) -> Floats32:
-    """Cramér-Rao bound (h, w) of the projector column for the frames that were shown.
+@dataclass(frozen=True)
+class Bounds:
+    """Cramér-Rao bounds (h, w) of the projector column, projector pixels; NaN where nothing is known.
+
+    ``known_px`` with the interreflected light known, ``second_path_px`` with a second path's strength and
+    column unknown; never below the first.
+    """
+
+    known_px: Floats32
+    second_path_px: Floats32
+
+
+def bounds_of(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, every: int = 8) -> Bounds:
+    """Cramér-Rao bounds of the projector column for the frames that were shown.
 
     Parameters
     ----------
@@ -62,11 +80,6 @@ def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, 
     every
         Only every so many rows of the camera are computed; the others are NaN.
 
-    Returns
-    -------
-    ndarray
-        Projector pixels; NaN where nothing is known.
-
     Notes
     -----
     O(frames · nnz / every).
@@ -75,28 +88,28 @@ def bound_px(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *, 
     height, width = light.camera_shape
     rows = np.arange(0, height, every)
     pixels = (rows[:, None] * width + np.arange(width)).ravel()
-    direct = _direct_of(light, pixels)
-    indirect = replace(light, direct=empty_rows(height * width))
+    direct, indirect = (_alone(part, light, pixels) for part in (light.direct, light.indirect))
     steady = light.ambient.ravel()[pixels].astype(float) * scene.light.ambient
-    fisher = np.zeros((6, len(pixels)))
+    fisher = np.zeros((_UNKNOWNS, _UNKNOWNS, len(pixels)))
     for shone, slope, exposure_ms in _chunks(shots, scene.projector.sheet):
         _add(
             fisher,
-            direct.relight(shone),
-            direct.relight(slope),
-            indirect.relight(shone)[:, rows].reshape(len(shone), 1, -1),
+            direct.relight(shone)[:, 0],
+            direct.relight(slope)[:, 0],
+            indirect.relight(shone)[:, 0],
+            indirect.relight(slope)[:, 0],
             steady=steady,
             scene=scene,
             exposure_ms=exposure_ms,
         )
-    bound = np.full((height, width), np.nan, np.float32)
-    bound[rows] = _inverse(fisher).reshape(len(rows), width)
-    return bound
+    images = np.full((2, height, width), np.nan, np.float32)
+    for image, unknowns in zip(images, (3, _UNKNOWNS), strict=True):
+        image[rows] = _bound(fisher[:unknowns, :unknowns]).reshape(len(rows), width)
+    return Bounds(images[0], np.fmax(images[0], images[1]))
 
 
-def _direct_of(light: LightTransport, pixels: Ints) -> LightTransport:
-    """The direct light alone of some camera pixels, in one row."""
-    part = light.direct
+def _alone(part: SparseRows, light: LightTransport, pixels: Ints) -> LightTransport:
+    """One part of the light of some camera pixels, in one row, as if it were direct."""
     counts = (part.starts[1:] - part.starts[:-1])[pixels]
     starts = np.concatenate([[0], np.cumsum(counts)])
     taken = np.repeat(part.starts[:-1][pixels] - starts[:-1], counts) + np.arange(starts[-1])
@@ -137,28 +150,37 @@ def _add(
     direct: Floats32,
     slope: Floats32,
     indirect: Floats32,
+    indirect_slope: Floats32,
     *,
     steady: Floats,
     scene: SceneSpec,
     exposure_ms: float,
 ) -> None:
-    """Add some frames' information: uu, ua, ub, aa, ab, bb."""
+    """Add some frames' information on u, a, b, c and w."""
     camera = scene.camera
     rate = camera.electrons_per_ms * exposure_ms
     dark = 1e-3 * camera.dark_current_e_per_s * exposure_ms
     sheet = camera.sheet
-    for one, change, other in zip(direct, slope, indirect, strict=True):
-        mean = rate * (one[0] + other[0] + steady) + dark
+    for one, change, other, other_change in zip(direct, slope, indirect, indirect_slope, strict=True):
+        mean = rate * (one + other + steady) + dark
         variance = mean + camera.read_noise_e**2 + sheet.rounding_e2(mean)
         weight = np.where(mean < camera.full_well_e, 1.0 / variance, 0.0)
-        u, a = rate * change[0].astype(float), rate * one[0].astype(float)
-        fisher += weight * np.stack([u * u, u * a, u * rate, a * a, a * rate, np.full_like(a, rate * rate)])
+        gradient = rate * np.stack([change, one, np.ones_like(one), other, other_change]).astype(float)
+        fisher += weight * gradient[:, None] * gradient[None]
 
 
-def _inverse(fisher: Floats) -> Floats:
-    """Square root of the uu entry of the inverse, NaN where there is none."""
-    uu, ua, ub, aa, ab, bb = fisher
+def _bound(fisher: Floats) -> Floats:
+    """Square root of the first entry of the inverse of (k, k, n) matrices, (n,); NaN where there is none.
+
+    An unknown without any information is none: a pixel without interreflected light has no second path.
+    """
+    size = np.sqrt(np.einsum("iin->in", fisher))
+    present = size > 0.0
+    size = np.where(present, size, 1.0)
+    scaled = np.moveaxis(fisher / (size[:, None] * size[None]), 2, 0)
+    others = scaled[:, 1:, 1:] + np.eye(len(size) - 1) * np.where(present[1:].T, 1e-12, 1.0)[:, None]
+    coupling = scaled[:, 1:, :1]
+    explained = (coupling * np.linalg.solve(others, coupling))[..., 0].sum(axis=1)
+    left = np.where(present[0], 1.0 - explained, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        explained = (ua * ua * bb - 2.0 * ua * ub * ab + ub * ub * aa) / (aa * bb - ab * ab)
-        left = uu - explained
-        return np.where(left > 1e-9 * uu, 1.0 / np.sqrt(left), np.nan)
+        return np.where(left > 1e-9, 1.0 / (size[0] * np.sqrt(left)), np.nan)

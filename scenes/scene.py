@@ -58,7 +58,7 @@ class RenderSpec:
         Of the sampling.
     error
         Standard error of a pixel's interreflected light, as a share of its whole light, above which it gets
-        more paths: half the error costs nearly three times the paths. Infinite refines nothing.
+        more paths: half the error costs three to four times the paths. Infinite refines nothing.
     most
         Paths that no pixel exceeds, a power of two. What they leave is stated with the transport.
 
@@ -69,8 +69,8 @@ class RenderSpec:
     samples: Annotated[int, Field(ge=2, le=4096)] = 16
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
-    error: Annotated[float, Field(gt=0.0)] = 0.03
-    most: Annotated[int, Field(ge=64, le=65536)] = 512
+    error: Annotated[float, Field(gt=0.0)] = 0.025
+    most: Annotated[int, Field(ge=64, le=65536)] = 1024
 
 
 @dataclass(frozen=True)

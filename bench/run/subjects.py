@@ -18,10 +18,10 @@ from bench.score.part import MeshEvidence, MeshTruth
 from bench.suites.case import Case
 from bench.suites.identity import entropy
 from bench.suites.sources import Source
-from burrscan.arrays import Floats, Floats32
+from burrscan.arrays import Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
-from scenes.bound import WatchedScanner, bound_px
+from scenes.bound import Bounds, WatchedScanner, bounds_of
 from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
 from scenes.transport.matrix import LightTransport
@@ -100,7 +100,7 @@ SUBJECTS: dict[Source, Callable[[Case, Path], Subject]] = {"scene": scene_subjec
 def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
     scanner = WatchedScanner(simulation.scanner())
     outcome = run(scanner, pipeline)
-    evidence = Evidence(simulation.truth, outcome, _bound_px(simulation, scanner))
+    evidence = Evidence(simulation.truth, outcome, _scan_bounds(simulation, scanner))
     white_dn = linear_camera(scanner.camera).saturation_dn
     return Look(
         evidence,
@@ -110,12 +110,12 @@ def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
     )
 
 
-def _bound_px(simulation: Simulation, scanner: WatchedScanner) -> Floats32 | None:
-    """The bound of what was shown; None in colour, and where stock Mitsuba renders, which traces nothing."""
+def _scan_bounds(simulation: Simulation, scanner: WatchedScanner) -> Bounds | None:
+    """The bounds of what was shown; None in colour, and where stock Mitsuba renders, which traces nothing."""
     light = simulation.light
     if simulation.bands or not isinstance(light, LightTransport):
         return None
-    return bound_px(light, simulation.scene, scanner.shots)
+    return bounds_of(light, simulation.scene, scanner.shots)
 
 
 def _bound(spec: MeshSpec) -> Floats | None:

@@ -9,9 +9,10 @@ import numpy as np
 
 from bench.score.matching import Matching
 from bench.score.part import generatrix_in_part, matched, part_found
-from burrscan.arrays import Bools, Floats, Floats32
+from burrscan.arrays import Bools, Floats
 from burrscan.inspection import Inspection
 from burrscan.pipeline import Outcome
+from scenes.bound import Bounds
 from scenes.truth import Truth
 from scenes.wheel import TrueBurr
 
@@ -29,15 +30,15 @@ class Evidence:
     ----------
     truth, outcome
         The two sides.
-    bound_px
-        (h, w) Cramér-Rao bound of the frames shown (:mod:`scenes.bound`), NaN where it was not computed; None
+    bounds
+        Cramér-Rao bounds of the frames shown (:mod:`scenes.bound`), NaN where they were not computed; None
         where nobody watched the scanner.
 
     """
 
     truth: Truth
     outcome: Outcome
-    bound_px: Floats32 | None = None
+    bounds: Bounds | None = None
 
     @cached_property
     def accepted(self) -> Bools:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 
@@ -42,10 +43,20 @@ def bound_ratio(evidence: Evidence) -> float:
     interreflected light is known (:mod:`scenes.bound`). All pictures of the scan count, probing included;
     it is computed on every eighth row of the camera.
     """
-    if evidence.bound_px is None:
+    return _over_bound(evidence, "known_px")
+
+
+def bound_ratio_second(evidence: Evidence) -> float:
+    """As :func:`bound_ratio`, of the bound that does not know a second path's origin and strength."""
+    return _over_bound(evidence, "second_path_px")
+
+
+def _over_bound(evidence: Evidence, which: Literal["known_px", "second_path_px"]) -> float:
+    if evidence.bounds is None:
         return math.nan
-    both = np.isfinite(evidence.inlier_error_px) & np.isfinite(evidence.bound_px)
-    bound = _rms(evidence.bound_px[both].astype(float))
+    bound_px = getattr(evidence.bounds, which)
+    both = np.isfinite(evidence.inlier_error_px) & np.isfinite(bound_px)
+    bound = _rms(bound_px[both].astype(float))
     return _rms(evidence.inlier_error_px[both]) / bound if bound > 0.0 else math.nan
 
 

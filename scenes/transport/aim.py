@@ -1,8 +1,8 @@
-"""Where the light of a pixel comes from: places that its neighbours' paths found, for its further paths to aim at.
+"""Where the light of a pixel comes from: places that its neighbours' paths found, for others to aim at.
 
-On polished metal a path that follows the reflection rarely meets the narrow highlight on the next surface, and
-carries very much light when it does. Learning where light comes from out of earlier paths is path guiding
-(Jensen 1995; Vorba et al. 2014); here the places are kept, not directions, for a burr's flank sees them from a
+On polished metal a path that follows the reflection rarely meets the narrow highlight on the next surface,
+and carries very much light when it does. Learning where light comes from out of earlier paths is path guiding
+(Jensen 1995; Vorba et al. 2014); here places are kept, not directions, for a burr's flank sees them from a
 millimetre away.
 """
 
@@ -31,7 +31,7 @@ class Aim(NamedTuple):
 
 
 def found(parts: list[tuple[Ints, Gathered]], count: int) -> list[Finds]:
-    """Per turn, paths with light of ``count`` camera pixels; of several parts for one pixel the last holds."""
+    """Per turn, paths with light of ``count`` camera pixels; of several parts of a pixel the last holds."""
     return [
         _joined([(pixels, one.finds[turn]) for pixels, one in parts], count)
         for turn in range(len(parts[0][1].finds))
@@ -50,7 +50,8 @@ def _joined(parts: list[tuple[Ints, Finds]], count: int) -> Finds:
 def aim_of(pixels: Ints, finds: Finds, shape: tuple[int, int]) -> Aim:
     """Choose places for flat camera pixels, drawn by light from their neighbourhood's finds.
 
-    Systematic resampling: a place is chosen as often as its share of the light says. O(pixels × finds around).
+    Systematic resampling: a place is chosen as often as its share of the light says.
+    O(pixels × finds around).
     """
     rows = finds.light
     return Aim(*_resampled(pixels, rows.starts, rows.columns, rows.values, finds.points_mm, *shape))
@@ -63,24 +64,44 @@ def _resampled(
     chosen = np.zeros((pixels.size, TARGETS, 3), np.float32)
     known = np.zeros(pixels.size, np.bool_)
     for p in nb.prange(pixels.size):
-        i, j = pixels[p] // width, pixels[p] % width
+        rows = _rows_around(pixels[p], height, width)
         total = 0.0
-        for y in range(max(i - _REACH, 0), min(i + _REACH + 1, height)):
-            for x in range(max(j - _REACH, 0), min(j + _REACH + 1, width)):
-                for k in range(starts[y * width + x], starts[y * width + x + 1]):
-                    total += light[k]
-        if total <= 0.0:
-            continue
-        known[p] = True
-        passed, n = 0.0, 0
-        for y in range(max(i - _REACH, 0), min(i + _REACH + 1, height)):
-            for x in range(max(j - _REACH, 0), min(j + _REACH + 1, width)):
-                for k in range(starts[y * width + x], starts[y * width + x + 1]):
-                    passed += light[k]
-                    while n < TARGETS and passed >= (n + 0.5) / TARGETS * total:
-                        chosen[p, n] = points[paths[k]]
-                        n += 1
-        while 0 < n < TARGETS:  # rounding left the last place open
-            chosen[p, n] = chosen[p, n - 1]
-            n += 1
+        for first, last in rows:
+            total += light[starts[first] : starts[last]].sum()
+        if total > 0.0:
+            known[p] = True
+            _choose(chosen[p], rows, starts, paths, light, points, total)
     return chosen, known
+
+
+@nb.njit(cache=True)
+def _rows_around(pixel: int, height: int, width: int) -> list[tuple[int, int]]:
+    """First and last but one flat pixel of each row of the neighbourhood."""
+    i, j = pixel // width, pixel % width
+    left, right = max(j - _REACH, 0), min(j + _REACH + 1, width)
+    return [
+        (y * width + left, y * width + right) for y in range(max(i - _REACH, 0), min(i + _REACH + 1, height))
+    ]
+
+
+@nb.njit(cache=True)
+def _choose(
+    chosen: Floats32,
+    rows: list[tuple[int, int]],
+    starts: Ints,
+    paths: Ints32,
+    light: Floats32,
+    points: Floats32,
+    total: float,
+) -> None:
+    """Fill ``chosen`` with places at even steps of the running sum of the light."""
+    passed, n = 0.0, 0
+    for first, last in rows:
+        for k in range(starts[first], starts[last]):
+            passed += light[k]
+            while n < TARGETS and passed >= (n + 0.5) / TARGETS * total:
+                chosen[n] = points[paths[k]]
+                n += 1
+    while 0 < n < TARGETS:  # rounding left the last place open
+        chosen[n] = chosen[n - 1]
+        n += 1

@@ -1,4 +1,4 @@
-"""From the samples of each camera pixel to rows of the matrix, and what the samples say of their own error."""
+"""From the samples of each camera pixel to rows of the matrix, and what they say of their own error."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class Gathered(NamedTuple):
     """Rows of some pixels, in their order.
 
     ``rows``: the light of each projector pixel. ``variance`` (P,): of one sample's light. ``scatter`` (P,):
-    variance of the mean of the replicates' means. ``finds``: for the first two turns, the paths that carry light.
+    variance of the mean of the replicates' means. ``finds``: for the first two turns, the paths that carry
+    light.
     """
 
     rows: SparseRows

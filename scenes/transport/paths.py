@@ -1,4 +1,4 @@
-"""Light paths of camera samples, as Dr.Jit expressions: the first surface, and the light by way of later ones.
+"""Light paths of camera samples, as Dr.Jit expressions: the first surface, and light by way of later ones.
 
 ``mi`` is the activated Mitsuba module: it may be imported only after the renderer has chosen LLVM's library.
 """
@@ -25,9 +25,9 @@ class Arrival(NamedTuple):
 class Bounced(NamedTuple):
     """What paths bring by way of later surfaces.
 
-    ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that leave
-    the scene, which is what a uniform surround of radiance 1 sends. ``places_mm``: the surface that each bounce
-    meets.
+    ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that
+    leave the scene, which is what a uniform surround of radiance 1 sends. ``places_mm``: the surface that
+    each bounce meets.
     """
 
     arrivals: list[Arrival]
@@ -100,8 +100,8 @@ def _one_pixel(mi: Any, optics: Optics, lit: Lit, throughput: Any, sampler: Any)
     """One projector pixel for each sample, drawn by how much each lights the place.
 
     A pixel's profile is a box (its lit part) blurred by a box (the lens): the place is moved at random within
-    the blur, and the pixel in whose lit part it falls gives all the light. Unbiased, at one entry of the matrix
-    for a sample instead of four.
+    the blur, and the pixel in whose lit part it falls gives all the light. Unbiased, at one entry of the
+    matrix for a sample instead of four.
     """
     profile, (height, width) = optics.profile, optics.rig.projector.shape
     moved = sampler.next_2d() - 0.5

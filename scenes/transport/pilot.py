@@ -24,8 +24,8 @@ _PASS_SAMPLES = 1 << 22
 class Pilot(NamedTuple):
     """Some flat camera ``pixels`` (P,) traced.
 
-    ``direct``: their direct light. ``bounced``: their interreflected light. ``ambient`` (P,): light of a uniform
-    surround. ``centres`` (3, P): :func:`scenes.transport.splat.response_centres` of the direct light.
+    ``direct``: their direct light. ``bounced``: their interreflected light. ``ambient`` (P,): light of a
+    uniform surround. ``centres`` (3, P): :func:`scenes.transport.splat.response_centres` of the direct light.
     """
 
     pixels: Ints

@@ -20,31 +20,41 @@ from scenes.transport.turn import TARGETS, Target
 LEAST_SAMPLES = 64
 """Fewer than 16 points a replicate are no net worth the name."""
 _RATE = 0.6
-"""The error of a pixel's interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
+"""The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
 _PILOT_RATIO = 4.0
 """Scatter of single paths, in errors aimed at, that the pilot's 16 independent paths bring below it."""
 _WINDOW = 5
 """A pixel's need is read off its 5 × 5 neighbours."""
+_DIM = 1e-3
+"""Share of the bright pixels' light below which the error allowed grows as the root of light falls, as that
+of photons in a camera does: a pixel of half this share may be off by 1.4 times as much."""
 _DARK = 3e-4
-"""Share of the bright pixels' light below which light counts as this much: a camera's well holds some thousand
-times its read noise, so darker pixels tell nothing whatever their light."""
+"""Share of the bright pixels' light below which light counts as this much: no exposure shows both."""
 _PASS_SAMPLES = 1 << 22
 
 
 def needed_samples(
-    variance: Floats, light: Floats, *, spent: Ints, seen: Bools, error: float, most: int
+    variance: Floats,
+    *,
+    direct: Floats,
+    indirect: Floats,
+    spent: Ints,
+    seen: Bools,
+    error: float,
+    most: int,
 ) -> Ints:
     """How many paths each pixel needs, (h, w); 0 where those it had suffice.
 
-    A pixel's need is read off its neighbours alone: a pixel that was dark by chance would otherwise be left
-    dark, and one that was bright refined, and the mean of all would be biased.
+    How much interreflected light a pixel has, and how much that varies, is read off its neighbours alone: a
+    pixel that was dark by chance would otherwise be left dark, and one that was bright refined, and the mean
+    of all would be biased.
 
     Parameters
     ----------
     variance
         (h, w) of the interreflected light of one path.
-    light
-        (h, w) direct and interreflected light.
+    direct, indirect
+        (h, w) light; the direct is known well from the start.
     spent
         (h, w) paths that each pixel had.
     seen
@@ -55,8 +65,10 @@ def needed_samples(
         Paths that no pixel exceeds, a power of two.
 
     """
+    light = direct + around(indirect, seen)
     bright = np.percentile(light[seen], 99.0) if seen.any() else 0.0
-    limit = error * np.maximum(around(light, seen), _DARK * bright)
+    whole = np.maximum(light, _DARK * bright)
+    limit = error * np.sqrt(whole * np.maximum(whole, _DIM * bright))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
     wanted = np.exp2(np.ceil(np.log2(np.maximum(ratio, 1.0)) / _RATE)).astype(np.int64)

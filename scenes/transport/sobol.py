@@ -1,11 +1,10 @@
 """Scrambled Sobol points inside a traced kernel, a sequence of its own for every camera pixel.
 
 The points are those of Joe & Kuo (2008), as SciPy tabulates them, scrambled in nested uniform fashion (Owen
-1995) by a hash instead of stored permutations (Burley 2020, "Practical hash-based Owen scrambling", JCGT 9(4);
-the hash is that of Laine & Karras 2011 with Vegdahl's constants). Each point is uniform on the unit cube, so
-any integral stays unbiased, and 2^k points of one pixel are a net: on these scenes the error of a pixel's
-interreflected light falls with about n^-0.7 where independent points give n^-0.5. Two pixels have nothing in
-common but the table.
+1995) by a hash instead of stored permutations (Burley 2020, "Practical hash-based Owen scrambling", JCGT 9;
+the hash is Laine & Karras's of 2011 with Vegdahl's constants). Each point is uniform on the unit cube, so any
+integral stays unbiased, and 2^k points of one pixel are a net: where the integrand is smooth the error falls
+faster than that of independent points. Two pixels have nothing in common but the table.
 """
 
 from __future__ import annotations

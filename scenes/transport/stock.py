@@ -7,7 +7,7 @@ variant runs: slower, one pattern at a time, with the same expectation.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -66,8 +66,25 @@ def stock_image(
         When the rig needs more than stock Mitsuba has.
 
     """
+    image: Floats32 = stock_images(mi, mesh, optics, light, samples=samples, bounces=bounces, seeds=(seed,))[
+        0
+    ]
+    return image
+
+
+def stock_images(
+    mi: Any,
+    mesh: Any,
+    optics: Optics,
+    light: Floats32,
+    *,
+    samples: int,
+    bounces: int,
+    seeds: Sequence[int],
+) -> Floats32:
+    """Independent images of one pattern, one for each seed; (runs, h, w). See :func:`stock_image`."""
     check_stock_can(optics)
-    return _render(mi, mesh, optics, _projector(mi, optics, light), samples, bounces, seed)
+    return _render(mi, mesh, optics, _projector(mi, optics, light), samples, bounces, seeds)
 
 
 def stock_ambient(
@@ -80,7 +97,9 @@ def stock_ambient(
     seed: int = 0,
 ) -> Floats32:
     """The scene in a uniform surround of radiance 1, which the camera itself does not see; (h, w)."""
-    return _render(mi, mesh, optics, {"type": "constant", "radiance": 1.0}, samples, bounces, seed)
+    surround = {"type": "constant", "radiance": 1.0}
+    image: Floats32 = _render(mi, mesh, optics, surround, samples, bounces, (seed,))[0]
+    return image
 
 
 def _render(
@@ -90,7 +109,7 @@ def _render(
     emitter: dict[str, Any],
     samples: int,
     bounces: int,
-    seed: int,
+    seeds: Sequence[int],
 ) -> Floats32:
     scene = mi.load_dict(
         {
@@ -106,8 +125,8 @@ def _render(
             **(mesh if isinstance(mesh, Mapping) else {"wheel": mesh}),
         }
     )
-    image = np.array(mi.render(scene, seed=seed), dtype=np.float32)
-    return image.reshape(*optics.rig.camera.shape, -1)[..., 0]
+    images = np.stack([np.array(mi.render(scene, seed=seed), dtype=np.float32) for seed in seeds])
+    return images.reshape(len(seeds), *optics.rig.camera.shape, -1)[..., 0]
 
 
 def _sensor(mi: Any, view: View, samples: int) -> dict[str, Any]:

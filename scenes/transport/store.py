@@ -84,7 +84,8 @@ def _read(path: Path) -> LightTransport:
         return LightTransport(
             camera_shape=(camera[0], camera[1]),
             projector_shape=(projector[0], projector[1]),
-            **rows,
+            direct=rows["direct"],
+            indirect=rows["indirect"],
             **images,
         )
 

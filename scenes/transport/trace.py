@@ -1,19 +1,19 @@
 """Tracing a scene once: from every camera pixel along light paths to the projector pixels that feed it.
 
-Every pixel gets the pilot's few paths. They are enough for its direct light; where its interreflected light is
-still too uncertain it gets as many more as that takes (:mod:`scenes.transport.refine`). No pixel ever gets the
-light of another.
+Every pixel gets the pilot's few paths. They are enough for its direct light; where its interreflected light
+is still too uncertain it gets as many more as that takes (:mod:`scenes.transport.refine`). No pixel ever gets
+the light of another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Floats, Floats32, Ints
 from scenes.transport.aim import found
-from scenes.transport.arrivals import Gathered
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
@@ -31,8 +31,8 @@ def trace(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-    error: float = 0.02,
-    most: int = 2048,
+    error: float = 0.025,
+    most: int = 1024,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
 
@@ -49,8 +49,8 @@ def trace(
     seed
         Of the sampling. The same seed gives the same bits, whatever the number of threads.
     error
-        Standard error of a pixel's interreflected light, relative to its whole light, above which it gets more
-        paths; infinite for none.
+        Standard error of a pixel's interreflected light, relative to its whole light, above which it gets
+        more paths; infinite for none.
     most
         Paths that no pixel exceeds, a power of two.
 
@@ -68,9 +68,16 @@ def trace(
         most,
     ):  # a first round shows where light comes from, and how much it varies
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
-        light = direct.row_sums().reshape(view.shape) + _sums(bounced, view.shape)
         spent = np.where(wanted > 0, wanted, samples)
-        need = needed_samples(variance, light, spent=spent, seen=seen, error=error, most=most_now)
+        need = needed_samples(
+            variance,
+            direct=direct.row_sums().reshape(view.shape).astype(float),
+            indirect=_image([(pixels, one.rows.row_sums()) for pixels, one in bounced], view.shape),
+            spent=spent,
+            seen=seen,
+            error=error,
+            most=most_now,
+        )
         finds = found(bounced, seen.size)
         for count in np.unique(need[need > 0]).tolist():
             pixels = np.flatnonzero(need == count)
@@ -100,14 +107,11 @@ def trace(
     )
 
 
-def _image(parts: list[tuple[Ints, Floats]], shape: tuple[int, int], empty: float = 0.0) -> Floats:
+def _image(
+    parts: Sequence[tuple[Ints, Floats | Floats32]], shape: tuple[int, int], empty: float = 0.0
+) -> Floats:
     """Values of flat pixels as an image; of several for one pixel the last holds."""
     image = np.full(shape, empty)
     for pixels, values in parts:
         image.flat[pixels] = values
     return image
-
-
-def _sums(parts: list[tuple[Ints, Gathered]], shape: tuple[int, int]) -> Floats:
-    """Interreflected light under full white, (h, w)."""
-    return _image([(pixels, one.rows.row_sums().astype(float)) for pixels, one in parts], shape)

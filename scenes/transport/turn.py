@@ -1,4 +1,4 @@
-"""One turn of a light path: by the surface's own reflection, or aimed at places where light is known to come from.
+"""One turn of a light path: by the surface's own reflection, or aimed at where light is known to come from.
 
 Half of the paths aim, half follow the reflection; each is weighted by the density of both (one-sample balance
 heuristic, Veach & Guibas 1995), which keeps the mean exact wherever the aim is.
@@ -14,8 +14,9 @@ import numpy as np
 TARGETS = 8
 """Places that a pixel aims at. More cost time in every path; 8 cover a highlight and its mirror image."""
 _KAPPA = 1.0 / 0.25**2
-"""Concentration of the directions about a place (von Mises & Fisher), 0.25 rad: eight places must cover what few
-paths found. From 0.2 to 0.45 rad the error hardly changes (polished, ground, turned, brass); 0.1 doubles it."""
+"""Concentration of the directions about a place (von Mises & Fisher), 0.25 rad: eight places must cover what
+few paths found. From 0.2 to 0.45 rad the error hardly changes (polished, ground, turned,
+brass); 0.1 makes half as much again."""
 _SHARE = 0.5
 """Of the paths that aim; the rest bounds the loss of a bad aim to a doubled variance."""
 

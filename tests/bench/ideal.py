@@ -15,6 +15,7 @@ from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
 from burrscan.pipeline import Outcome
 from burrscan.rig import Rig, View
 from burrscan.surface import Surface
+from scenes.bound import Bounds
 from scenes.truth import Truth
 from scenes.wheel import TrueBurr, Wheel
 
@@ -130,5 +131,5 @@ def evidence(
         axis=axis, generatrix=Generatrix(profile[:, 0], profile[:, 1], 0.1 * ones, 0.2 * ones), burrs=found,
         T_part_mesh=frame, deviation_mm=np.zeros(mask.sum()),
     )  # fmt: skip
-    bound = np.full(u.shape, 0.25, np.float32)
-    return Evidence(world, Outcome(scan=scan, surface=surface, inspection=inspection), bound)
+    bounds = Bounds(np.full(u.shape, 0.25, np.float32), np.full(u.shape, 0.5, np.float32))
+    return Evidence(world, Outcome(scan=scan, surface=surface, inspection=inspection), bounds)

@@ -18,12 +18,12 @@ PERFECT = {
     "coverage": 1.0, "wrong_rate": 0.0, "depth_rms_mm": 0.0, "axis_deg": 0.0, "axis_offset_mm": 0.0,
     "generatrix_rms_mm": 0.0, "band_mm": 0.2, "burr_found": 1.0, "burr_coverage": 1.0, "burr_angle_deg": 0.0,
     "burr_height_mm": 0.0, "burr_extent_mm": 0.0, "false_calls": 0.0, "frames": 42.0, "saturated_share": 0.0,
-    "u_rms_px": 0.0, "bound_ratio": 0.0, "pull_spread": 0.0,
+    "u_rms_px": 0.0, "bound_ratio": 0.0, "bound_ratio_second": 0.0, "pull_spread": 0.0,
     "axis_off": 0.0, "axis_held": 1.0, "axis_bound_deg": math.nan, "blemish_calls": math.nan,
     "calls_stain": math.nan, "calls_bright_spot": math.nan, "calls_scratch": math.nan,
     "calls_chatter": math.nan,
 }  # fmt: skip
-COLUMN_METRICS = {"u_rms_px", "bound_ratio", "pull_spread"}
+COLUMN_METRICS = {"u_rms_px", "bound_ratio", "bound_ratio_second", "pull_spread"}
 HIT = found_burr(90.0, (-10.0, 10.0))
 
 
@@ -66,6 +66,7 @@ def test_column_errors_are_compared_with_the_bound_and_the_stated_sigma() -> Non
     metrics = measure(evidence(true_burr(), found=(HIT,), u_error_px=0.5))
     assert metrics["u_rms_px"] == pytest.approx(0.5, abs=1e-6)
     assert metrics["bound_ratio"] == pytest.approx(0.5 / 0.25, abs=1e-5)
+    assert metrics["bound_ratio_second"] == pytest.approx(0.5 / 0.5, abs=1e-5)
     assert metrics["pull_spread"] == pytest.approx(1.4826 * 0.5 / 1.0, abs=1e-5)
     # wrong pixels are another metric's
     wrong = np.where(np.arange(WIDTH) < 11, 1.5, 0.5)

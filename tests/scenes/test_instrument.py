@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes.transport.tiles import no_tiles
 
 from burrscan import Patterns
 from burrscan.arrays import Floats32
@@ -15,7 +14,7 @@ from scenes.rig import DeviceSpec, RigSpec
 from scenes.scanner import SimulatedScanner
 from scenes.scene import scene_from
 from scenes.transport.matrix import LightTransport
-from scenes.transport.rows import SparseRows
+from scenes.transport.rows import SparseRows, empty_rows
 
 
 def identity_scanner(*, surround: float = 0.0, **tables: Any) -> SimulatedScanner:
@@ -29,7 +28,7 @@ def identity_scanner(*, surround: float = 0.0, **tables: Any) -> SimulatedScanne
     rows = SparseRows(np.arange(count + 1), np.arange(count, dtype=np.int32), np.full(count, 0.5, np.float32))
     blank = np.zeros((48, 64), np.float32)
     ambient = np.full((48, 64), surround, np.float32)
-    light = LightTransport((48, 64), (48, 64), rows, no_tiles((48, 64)), ambient, blank, blank, blank)
+    light = LightTransport((48, 64), (48, 64), rows, empty_rows(48 * 64), ambient, blank, blank, blank, blank)
     return SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(7,))
 
 

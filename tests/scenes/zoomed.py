@@ -1,0 +1,135 @@
+"""Cameras zoomed on a burr, and stock Mitsuba's interreflected light there: a reference pixel by pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Floats32
+from scenes.finish import FinishSpec, finish_bsdf
+from scenes.pose import PoseSpec
+from scenes.rig import RigSpec
+from scenes.transport.matrix import LightTransport
+from scenes.transport.optics import Optics
+from scenes.transport.stock import stock_images
+from scenes.transport.trace import trace
+from scenes.transport.world import wheel_mesh
+from scenes.wheel import AxialRidge, BurrSpec, Nick, RimBurr, WheelSpec, build_wheel
+
+RUNS, SAMPLES = 16, 256
+"""Of the reference: 4096 paths a pixel, their scatter known from 16 independent runs."""
+_DRUM = WheelSpec("drum", ((-30.0, 20.0), (-30.0, 70.0, 1.0), (30.0, 70.0, 1.0), (30.0, 20.0)))
+_GROOVED = WheelSpec(
+    "grooved",
+    (
+        (-30.0, 20.0),
+        (-30.0, 70.0, 1.0),
+        (-6.0, 70.0, 0.5),
+        (-5.0, 58.0, 1.0),
+        (5.0, 58.0, 1.0),
+        (6.0, 70.0, 0.5),
+        (30.0, 70.0, 1.0),
+        (30.0, 20.0),
+    ),
+)
+_TURNED = FinishSpec(texture="turned", alpha_along=0.06, alpha_across=0.22)
+
+
+@dataclass(frozen=True)
+class Zoom:
+    """What the camera looks at: a burr of a wheel, in a finish, at the default rig's scale."""
+
+    wheel: WheelSpec
+    burr: BurrSpec
+    finish: FinishSpec
+    roll_deg: float = 0.0
+    elevation_deg: float = 8.0
+    at_mm: tuple[float, float, float] | None = None
+
+
+ZOOMS = {
+    "ridge-polished": Zoom(_DRUM, AxialRidge(-25.0, 2.0, 2.0, -10.0, 12.0), FinishSpec(alpha=0.07)),
+    "ridge-lying-ground": Zoom(
+        _DRUM, AxialRidge(15.0, 1.5, 2.0, -10.0, 12.0), FinishSpec(alpha=0.18), roll_deg=80.0
+    ),
+    "ridge-turned": Zoom(_DRUM, AxialRidge(10.0, 1.5, 2.0, -10.0, 12.0), _TURNED),
+    "rim-ground": Zoom(_DRUM, RimBurr(5.0, 40.0, 1.5, 1.5, 2), FinishSpec(alpha=0.2), elevation_deg=25.0),
+    "nick-chrome": Zoom(_DRUM, Nick(12.0, 1.5, 2.5, -10.0, 12.0), FinishSpec(metal="chrome", alpha=0.1)),
+    "groove-polished": Zoom(
+        _GROOVED,
+        AxialRidge(-60.0, 1.5, 2.0, 8.0, 20.0),
+        FinishSpec(alpha=0.1),
+        roll_deg=85.0,
+        elevation_deg=4.0,
+        at_mm=(58.5, 0.0, 4.0),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A scene traced and rendered: our transport, and the reference of the interreflected light.
+
+    ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba.
+    """
+
+    light: LightTransport
+    mean: Floats
+    variance: Floats
+    direct: Floats
+
+    @property
+    def compared(self) -> Bools:
+        """Pixels with interreflected more than a fifth of the direct light, and any light to speak of."""
+        bright = np.percentile(self.direct[self.direct > 0.0], 99.0)
+        strong = self.mean > np.maximum(0.2 * self.direct, 3e-4 * bright)
+        return np.asarray(strong & (self.variance > 0.0))
+
+    def z(self, indirect: Floats32 | Floats, sigma: Floats32 | Floats) -> Floats:
+        """(h, w) error of an image of interreflected light over both standard errors; NaN elsewhere."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = (indirect - self.mean) / np.sqrt(sigma.astype(float) ** 2 + self.variance)
+        return np.where(self.compared, z, np.nan)
+
+
+def optics_on(point_mm: Floats, *, shape: tuple[int, int], scale: float) -> Optics:
+    """The default rig with the camera's raster cut down to ``shape`` about a point of the camera frame."""
+    spec = RigSpec(scale=scale)
+    rig = spec.rig()
+    camera = rig.camera
+    x, y = (
+        camera.fx * point_mm[0] / point_mm[2],
+        camera.fy * point_mm[1] / point_mm[2],
+    )
+    height, width = shape
+    cut = replace(camera, width=width, height=height, cx=(width - 1) / 2.0 - x, cy=(height - 1) / 2.0 - y)
+    return Optics(replace(rig, camera=cut), spec.standoff_mm)
+
+
+def compare(
+    mi: Any, zoom: Zoom, *, shape: tuple[int, int] = (40, 48), scale: float = 1.0, **render: Any
+) -> Compared:
+    """Trace a zoomed scene, and render it by stock Mitsuba with and without interreflections."""
+    wheel = build_wheel(zoom.wheel, [zoom.burr])
+    pose = PoseSpec(elevation_deg=zoom.elevation_deg, roll_deg=zoom.roll_deg)
+    T = pose.T_camera_part(standoff_mm=600.0, middle_z_mm=0.0)
+    crest = wheel.burrs[0].ridge_mm
+    point = np.array(zoom.at_mm) if zoom.at_mm else crest[len(crest) // 2]
+    optics = optics_on(T[:3, :3] @ point + T[:3, 3], shape=shape, scale=scale)
+    mesh = wheel_mesh(mi, wheel, T, finish_bsdf(zoom.finish, channels="mono"))
+    white = np.ones(optics.rig.projector.shape, np.float32)
+
+    def runs(bounces: int) -> Floats:
+        return stock_images(
+            mi, mesh, optics, white, samples=SAMPLES, bounces=bounces, seeds=range(1000, 1000 + RUNS)
+        ).astype(float)
+
+    whole, direct = runs(3), runs(1)
+    return Compared(
+        light=trace(mi, mi.load_dict({"type": "scene", "wheel": mesh}), optics, **render),
+        mean=whole.mean(axis=0) - direct.mean(axis=0),
+        variance=(whole.var(axis=0, ddof=1) + direct.var(axis=0, ddof=1)) / RUNS,
+        direct=direct.mean(axis=0),
+    )
