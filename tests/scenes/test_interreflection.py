@@ -56,12 +56,12 @@ def worst_block(z: Floats) -> float:
 
 
 def excess(scene: Compared, indirect: Floats32 | Floats) -> float:
-    """Sum of the interreflected light against the reference's, in standard errors, over the bright half.
+    """Sum of the interreflected light against the reference's, in standard errors.
 
-    Without the dimmest and the least certain pixels, whose errors are large and say little.
+    Without the least certain pixels, whose errors are large and say little.
     """
     sigma = np.sqrt(scene.light.indirect_sigma.astype(float) ** 2 + scene.variance)
-    sure = scene.compared & (sigma < 0.2 * np.maximum(scene.mean, 1e-12))
+    sure = scene.compared & (scene.other.indirect_sigma < 0.1 * scene.other.white_indirect)
     return float((indirect - scene.mean)[sure].sum() / np.sqrt((sigma[sure] ** 2).sum()))
 
 

@@ -72,10 +72,13 @@ ZOOMS = {
 class Compared:
     """A scene traced and rendered: our transport, and the reference of the interreflected light.
 
-    ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba.
+    ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba; ``other`` is
+    another tracing, which only says what pixels are compared: chosen by the light of one side they would be
+    chosen by its luck.
     """
 
     light: LightTransport
+    other: LightTransport
     mean: Floats
     variance: Floats
     direct: Floats
@@ -84,7 +87,7 @@ class Compared:
     def compared(self) -> Bools:
         """Pixels with interreflected more than a fifth of the direct light, and any light to speak of."""
         bright = np.percentile(self.direct[self.direct > 0.0], 99.0)
-        strong = self.mean > np.maximum(0.2 * self.direct, 3e-4 * bright)
+        strong = self.other.white_indirect > np.maximum(0.2 * self.direct, 3e-4 * bright)
         return np.asarray(strong & (self.variance > 0.0))
 
     def z(self, indirect: Floats32 | Floats, sigma: Floats32 | Floats) -> Floats:
@@ -127,8 +130,10 @@ def compare(
         ).astype(float)
 
     whole, direct = runs(3), runs(1)
+    bare = mi.load_dict({"type": "scene", "wheel": mesh})
     return Compared(
-        light=trace(mi, mi.load_dict({"type": "scene", "wheel": mesh}), optics, **render),
+        light=trace(mi, bare, optics, **render),
+        other=trace(mi, bare, optics, seed=1),
         mean=whole.mean(axis=0) - direct.mean(axis=0),
         variance=(whole.var(axis=0, ddof=1) + direct.var(axis=0, ddof=1)) / RUNS,
         direct=direct.mean(axis=0),
