@@ -149,4 +149,6 @@ def _handler(served: Served) -> type[http.server.BaseHTTPRequestHandler]:
 
 
 if __name__ == "__main__":
-    sys.exit(print(found) if (found := find_browser()) else HOW)
+    found = find_browser()
+    sys.stdout.write(f"{found or HOW}\n")
+    sys.exit(not found)
