@@ -1,7 +1,7 @@
-"""A hook of MkDocs: pages include files of the repository, whole or by section, so that each text stands once.
+"""A hook of MkDocs: pages include files of the repository, whole or by section: each text stands once.
 
-``<!-- include FILE -->`` takes a file without its title, ``<!-- include FILE # HEADING -->`` the section under one of
-its headings. Links are turned to the page that includes their target; a file without a page is named, not linked.
+``<!-- include FILE -->`` takes a file without its title, ``<!-- include FILE # HEADING -->`` the section
+under that heading. Links are turned to the page that includes their target; a file without a page is named.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ import fast_simplification
 import numpy as np
 import trimesh
 
+from burrscan.captures.png import read_grey
 from tests.data import HERE, WHOLE
 
 FACES = {"husky_wheel.stl": 8000, "tb3_left_tire.stl": 6000, "jackal_wheel.stl": 1600, "tm_torus.STL": 2000}
@@ -32,8 +33,9 @@ def thin(name: str, faces: int) -> None:
 
 def crop(source: Path, target: Path) -> None:
     """Write one picture's part."""
-    picture = cv2.imread(str(source), cv2.IMREAD_UNCHANGED)
-    cv2.imwrite(str(target), np.ascontiguousarray(picture[ROWS, COLUMNS]), SMALLEST)
+    cv2.imwrite(
+        str(target), np.ascontiguousarray(read_grey(source)[ROWS, COLUMNS].astype(np.uint8)), SMALLEST
+    )
 
 
 def main() -> None:
@@ -45,8 +47,7 @@ def main() -> None:
     whole, here = WHOLE / "captures" / "procam", HERE / "procam"
     for picture in sorted((whole / "capture_0").glob("*.png")):
         crop(picture, here / "capture_0" / picture.name)
-    white = cv2.imread(str(whole / "capture_0" / WHITE), cv2.IMREAD_UNCHANGED)
-    cv2.imwrite(str(here / "white.png"), white, SMALLEST)
+    cv2.imwrite(str(here / "white.png"), read_grey(whole / "capture_0" / WHITE).astype(np.uint8), SMALLEST)
     for name in ("LICENSE", "calibration_result.xml"):
         shutil.copyfile(whole / name, here / name)
 
