@@ -1,14 +1,15 @@
 # Everything goes through the virtual environment in .venv; the first target that needs it makes it.
 # Another Python: make setup PYTHON=python3.12
 .DEFAULT_GOAL := help
-.PHONY: help setup demo regress test lint format clean
+.PHONY: help setup demo regress test test-fast coverage docs lint format clean
 
 BIN := .venv/bin
 READY := .venv/ready
+DOCS := .venv/docs
 REGRESS := reports/runs/regress-$(shell date +%Y%m%dT%H%M%S)
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
 setup: $(READY) ## make .venv with burrscan and its tools; on Debian as root also a usable LLVM
 
@@ -24,13 +25,33 @@ regress: $(READY) ## run the suite 'quick' against its accepted baseline; fails 
 	$(BIN)/burrscan compare reports/baselines/quick $(REGRESS) --markdown $(REGRESS)/compare.md \
 	  --junit $(REGRESS)/compare.xml --json $(REGRESS)/compare.json
 
-test: $(READY) ## set up and run every test
-	$(BIN)/pytest --durations=10
+test: $(READY) ## set up and run every test; on Debian as root also a browser for those that look at pages
+	@.ci/browser $(BIN)/python
+	$(BIN)/pytest --durations=10 -rs
 
-lint: $(READY) ## style, formatting, types, and the one-way layers
+test-fast: $(READY) ## the tests that take a minute together, while you write
+	$(BIN)/pytest -m "not slow"
+
+coverage: $(READY) ## every test, and which lines they reach: htmlcov/index.html
+	@.ci/browser $(BIN)/python
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage html --quiet
+	$(BIN)/coverage report
+
+docs: $(DOCS) ## the documentation site: site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+$(DOCS): $(READY)
+	$(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint .ci/constraints.txt --editable '.[docs]'
+	@touch $@
+
+lint: $(READY) ## style, formatting, types, spelling, and the one-way layers
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/codespell
 	$(BIN)/lint-imports
 
 format: $(READY) ## rewrite what can be mended by a tool
@@ -38,5 +59,5 @@ format: $(READY) ## rewrite what can be mended by a tool
 	$(BIN)/ruff format
 
 clean: ## remove what the tools left behind; keeps .venv and the runs in reports/
-	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache htmlcov .coverage
+	rm -rf build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache htmlcov .coverage .coverage.*
 	find burrscan scenes bench tests -name __pycache__ -type d -prune -exec rm -rf {} +

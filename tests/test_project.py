@@ -82,9 +82,9 @@ def test_the_readme_names_every_command_and_only_those() -> None:
 
 
 def test_every_target_that_the_readme_names_exists() -> None:
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     texts = README + (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    assert {"demo", "test"} <= set(re.findall(r"(?:^ +|`)make ([a-z]+)", texts, re.MULTILINE)) <= targets
+    assert {"demo", "test"} <= set(re.findall(r"(?:^ +|`)make ([a-z-]+)", texts, re.MULTILINE)) <= targets
 
 
 def test_every_file_that_the_documents_link_to_exists() -> None:
@@ -103,7 +103,7 @@ def test_the_changelog_knows_this_version() -> None:
     )
 
 
-@pytest.mark.parametrize("script", [".ci/run", ".ci/setup"])
+@pytest.mark.parametrize("script", [".ci/run", ".ci/setup", ".ci/browser"])
 def test_scripts_are_executable_and_parse(script: str) -> None:
     assert os.access(ROOT / script, os.X_OK)
     bash = shutil.which("bash")

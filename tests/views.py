@@ -9,7 +9,7 @@ from burrscan.arrays import Floats, Ints32
 
 
 @numba.njit(cache=True)  # type: ignore[untyped-decorator]
-def _raster(triangles: Floats, pixels: int, low: Floats, step: float) -> Floats:  # pragma: no cover
+def _raster(triangles: Floats, pixels: int, low: Floats, step: float) -> Floats:
     depth = np.full((pixels, pixels), np.inf)
     for t in range(triangles.shape[0]):
         ax, ay, az = (

@@ -127,7 +127,7 @@ def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
 
 
 @kernel
-def _around(vertices: Floats, i: int, point: Floats, e: Floats) -> tuple[float, float]:  # pragma: no cover
+def _around(vertices: Floats, i: int, point: Floats, e: Floats) -> tuple[float, float]:
     """Cosine and sine of a vertex's angle about the axis."""
     a, b, c = vertices[i, 0] - point[0], vertices[i, 1] - point[1], vertices[i, 2] - point[2]
     x = a * e[0, 0] + b * e[1, 0] + c * e[2, 0]
@@ -139,7 +139,7 @@ def _around(vertices: Floats, i: int, point: Floats, e: Floats) -> tuple[float, 
 @kernel
 def _wave_equations(
     vertices: Floats, point: Floats, e: Floats, deviation: Floats, limit: float
-) -> tuple[Floats, Floats]:  # pragma: no cover
+) -> tuple[Floats, Floats]:
     """Normal equations of a + b cos + c sin through the deviations, each cut off at ``limit``."""
     normal, right, row = np.zeros((3, 3)), np.zeros(3), np.ones(3)
     for i in range(len(deviation)):

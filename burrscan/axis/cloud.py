@@ -39,7 +39,7 @@ class Cloud:
 
 
 @kernel
-def moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
+def moments(vertices: Floats) -> tuple[Floats, Floats]:
     """Mean and covariance, in two passes over the data (a mean far from the origin costs no digits)."""
     n = vertices.shape[0]
     mx, my, mz = 0.0, 0.0, 0.0
@@ -62,7 +62,7 @@ def moments(vertices: Floats) -> tuple[Floats, Floats]:  # pragma: no cover
 
 
 @kernel
-def _turned(vertices: Floats, mean: Floats, turn: Floats, points: Floats) -> Floats:  # pragma: no cover
+def _turned(vertices: Floats, mean: Floats, turn: Floats, points: Floats) -> Floats:
     """Fill ``points`` with the vertices in the principal frame; return the third moments."""
     sx, sy, sz = 0.0, 0.0, 0.0
     for i in range(vertices.shape[0]):
@@ -98,7 +98,7 @@ def canonical_cloud(vertices_mm: Floats, sigma_mm: Floats | None) -> Cloud:
 @kernel
 def _fill(
     points: Floats, weights: Floats, side: float, reach: float, keys: Floats, rows: Floats, table: Floats
-) -> int:  # pragma: no cover
+) -> int:
     """Accumulate 1, p and p pᵀ per voxel through a hash table; -1 when the table is more than half full."""
     mask = table.shape[0] - 1
     span = int(np.ceil(reach / side))

@@ -98,7 +98,7 @@ def _explains(model: Model, raw: Floats, weights: Floats, fit: Fit, noise: float
 
 
 @kernel
-def _off_curve(points: Floats, frame: Floats, place: Floats, curve: Curve) -> Floats:  # pragma: no cover
+def _off_curve(points: Floats, frame: Floats, place: Floats, curve: Curve) -> Floats:
     """(V,) distance off the generatrix; NaN far from it."""
     off = np.full(points.shape[0], np.nan)
     for i in range(points.shape[0]):

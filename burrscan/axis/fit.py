@@ -80,9 +80,7 @@ class Fit:
 
 
 @kernel
-def meridian(
-    points: Floats, i: int, frame: Floats, place: Floats
-) -> tuple[float, float, float]:  # pragma: no cover
+def meridian(points: Floats, i: int, frame: Floats, place: Floats) -> tuple[float, float, float]:
     """Coordinates (x, y, z) of a point in the axis frame."""
     a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
     x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
@@ -92,7 +90,7 @@ def meridian(
 
 
 @kernel
-def piece_of(z: float, r: float, curve: Curve) -> int:  # pragma: no cover
+def piece_of(z: float, r: float, curve: Curve) -> int:
     """The piece a point of the (z, r) plane belongs to, or -1."""
     fz, fr = (z - curve.origin[0]) / curve.cell, (r - curve.origin[1]) / curve.cell
     if not (fz >= 0.0 and fr >= 0.0 and fz < curve.labels.shape[0] and fr < curve.labels.shape[1]):
@@ -101,9 +99,7 @@ def piece_of(z: float, r: float, curve: Curve) -> int:  # pragma: no cover
 
 
 @kernel
-def off_piece(
-    z: float, r: float, k: int, curve: Curve
-) -> tuple[float, float, float, float]:  # pragma: no cover
+def off_piece(z: float, r: float, k: int, curve: Curve) -> tuple[float, float, float, float]:
     """Place t along piece k, distance d off it, and the piece's normal (z, r) there."""
     nz, nr = curve.normal[k, 0], curve.normal[k, 1]
     dz, dr = z - curve.centre[k, 0], r - curve.centre[k, 1]
@@ -124,7 +120,7 @@ def _in_frame(
     curve: Curve,
     block: Floats,
     at: Ints32,
-) -> None:  # pragma: no cover
+) -> None:
     """Cosine, sine, z and r of ``count`` points, and their places in the map of pieces (-1 outside).
 
     Loops without branches, the second over one kind of stride: the compiler makes vector instructions of it.
@@ -152,7 +148,7 @@ def _in_frame(
 
 
 @kernel
-def _on_pieces(count: int, curve: Curve, block: Floats, at: Ints32, which: Ints32) -> int:  # pragma: no cover
+def _on_pieces(count: int, curve: Curve, block: Floats, at: Ints32, which: Ints32) -> int:
     """Move the points that have a piece to the front of the block and return how many.
 
     Of each: cosine, sine, the derivatives of d by a tilt and by an offset in its meridian, t and d. Its piece
@@ -173,9 +169,7 @@ def _on_pieces(count: int, curve: Curve, block: Floats, at: Ints32, which: Ints3
 
 
 @kernel
-def _add(
-    row: Floats, w: float, t: float, d: float, J: tuple[float, float, float, float]
-) -> None:  # pragma: no cover
+def _add(row: Floats, w: float, t: float, d: float, J: tuple[float, float, float, float]) -> None:
     """Add a point to its piece's sums, see :func:`_accumulate`. Written out: it stays in registers."""
     a, b, c, e = J
     wt, wtt, wd, wa, wb, wc, we = w * t, w * t * t, w * d, w * a, w * b, w * c, w * e
@@ -226,7 +220,7 @@ def _accumulate(
     top: float,
     sums: Floats,
     spread: Floats,
-) -> None:  # pragma: no cover
+) -> None:
     """One pass over the points, a block at a time.
 
     Adds per piece, with t along it and d off it: rows of ``sums`` hold t^0..t^4 (5), d t^0..t^2 (3),
@@ -255,9 +249,7 @@ def _accumulate(
 
 
 @kernel
-def _eliminated(
-    sums: Floats, stiffness: float
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:  # pragma: no cover
+def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
     count = sums.shape[0]
     H, g = np.zeros((4, 4)), np.zeros(4)
@@ -278,9 +270,7 @@ def _eliminated(
 
 
 @kernel
-def _add_eliminated(
-    row: Floats, offset: Floats, response: Floats, H: Floats, g: Floats
-) -> None:  # pragma: no cover
+def _add_eliminated(row: Floats, offset: Floats, response: Floats, H: Floats, g: Floats) -> None:
     """What a piece adds to the normal equations of the pose (upper triangle)."""
     e = 20
     for p in range(4):
@@ -295,7 +285,7 @@ def _add_eliminated(
 
 
 @kernel
-def _inverse(row: Floats, stiffness: float) -> Floats:  # pragma: no cover
+def _inverse(row: Floats, stiffness: float) -> Floats:
     """Inverse, by its adjugate, of a piece's normal matrix of 1, t, t² with its prior."""
     little = row[0] * 1e-9
     a, b, c = row[0] + little, row[1], row[2]
@@ -307,7 +297,7 @@ def _inverse(row: Floats, stiffness: float) -> Floats:  # pragma: no cover
 
 
 @kernel
-def rotation_by(w: Floats) -> Floats:  # pragma: no cover
+def rotation_by(w: Floats) -> Floats:
     """Rodrigues' rotation by the vector (wx, wy, 0)."""
     angle = np.sqrt(w[0] * w[0] + w[1] * w[1])
     K = np.array([[0.0, 0.0, w[1]], [0.0, 0.0, -w[0]], [-w[1], w[0], 0.0]])
@@ -318,7 +308,7 @@ def rotation_by(w: Floats) -> Floats:  # pragma: no cover
 
 
 @kernel
-def median_sigma(histogram: Floats, top: float) -> float:  # pragma: no cover
+def median_sigma(histogram: Floats, top: float) -> float:
     """Robust standard deviation from a histogram of absolute values up to ``top``."""
     half, below = 0.5 * histogram.sum(), 0.0
     for k in range(len(histogram)):
@@ -410,9 +400,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
 
 
 @kernel
-def _solved(
-    sums: Floats, stiffness: float, freedom: float
-) -> tuple[Floats, float, Floats, Floats, Floats]:  # pragma: no cover
+def _solved(sums: Floats, stiffness: float, freedom: float) -> tuple[Floats, float, Floats, Floats, Floats]:
     """Step of the pose and its length in units of sigma; each piece's offset, response, inverse matrix."""
     H, g, offset, response, inverse = _eliminated(sums, stiffness)
     step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
@@ -428,7 +416,7 @@ def _solved(
 @kernel
 def _moved(
     step: Floats, offset: Floats, response: Floats, coefficients: Floats, frame: Floats, place: Floats
-) -> tuple[Floats, Floats, Floats]:  # pragma: no cover
+) -> tuple[Floats, Floats, Floats]:
     """Coefficients, frame and place after a step."""
     fresh = coefficients + offset
     for k in range(len(fresh)):

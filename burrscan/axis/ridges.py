@@ -53,7 +53,7 @@ class Pieces:
 
 
 @kernel
-def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) -> Floats:  # pragma: no cover
+def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) -> Floats:
     """Least and greatest z and r of the points within reach."""
     low_z, high_z, low_r, high_r = 1e300, -1e300, 1e300, -1e300
     for i in range(points.shape[0]):
@@ -72,7 +72,7 @@ def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) 
 @kernel
 def _histogram(
     points: Floats, weights: Floats, frame: Floats, place: Floats, origin: Floats, cell: float, field: Floats
-) -> None:  # pragma: no cover
+) -> None:
     """Sums of 1, z, r, zz, zr, rr per cell, coordinates taken from the origin."""
     for i in range(points.shape[0]):
         a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
@@ -95,7 +95,7 @@ def _histogram(
 
 
 @kernel
-def _blurred(field: Floats, kernel: Floats) -> Floats:  # pragma: no cover  # noqa: C901
+def _blurred(field: Floats, kernel: Floats) -> Floats:  # noqa: C901
     """Separable blur; only non-empty cells cost anything."""
     half = kernel.shape[0] // 2
     rows, columns, channels = field.shape
@@ -117,7 +117,7 @@ def _blurred(field: Floats, kernel: Floats) -> Floats:  # pragma: no cover  # no
 
 
 @kernel
-def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma: no cover
+def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:
     """Cells whose density is greatest across the local normal: rows (z, r, nz, nr, density, flatness)."""
     rows, columns = field.shape[0], field.shape[1]
     found = np.empty((rows * columns, 6))
@@ -158,7 +158,7 @@ def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:  # pragma:
 
 
 @kernel
-def _spread_out(ridges: Floats, order: Ints, spacing: float) -> Ints:  # pragma: no cover
+def _spread_out(ridges: Floats, order: Ints, spacing: float) -> Ints:
     """Greedy choice in the given order, no two closer than the spacing."""
     chosen = np.empty(order.shape[0], dtype=np.int64)
     count = 0
@@ -178,7 +178,7 @@ def _spread_out(ridges: Floats, order: Ints, spacing: float) -> Ints:  # pragma:
 @kernel
 def _label_map(
     centre: Floats, normal: Floats, shape: tuple[int, int], cell: float, spacing: float, gate: float
-) -> Ints16:  # pragma: no cover
+) -> Ints16:
     """Piece nearest to each cell, as the distance to a short line segment."""
     labels = np.full(shape, -1, dtype=np.int16)
     best = np.full(shape, gate * gate)

@@ -32,7 +32,7 @@ def _bags(
     turn: Floats,
     planes: int,
     every: bool,  # noqa: FBT001
-) -> tuple[Floats, Ints]:  # pragma: no cover
+) -> tuple[Floats, Ints]:
     """Average corners (x, y, z turned) of the triangles that a plane intersects, and the index of the plane.
 
     ``every`` keeps triangles whose corners' layers differ although their mean is an integer.
@@ -71,7 +71,7 @@ def _bags(
 
 
 @kernel
-def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: no cover
+def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:
     """Least-squares circle without iteration: minimise Σ (x² + y² + Bx + Cy + D)² (Kåsa)."""
     n = x.shape[0]
     mx, my = x.mean(), y.mean()
@@ -93,7 +93,7 @@ def kasa_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: 
 
 
 @kernel
-def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma: no cover
+def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:
     """Taubin's circle by Newton's method (Chernov): hardly biased towards small circles on short arcs."""
     n = x.shape[0]
     mx, my = x.mean(), y.mean()
@@ -129,7 +129,7 @@ def taubin_circle(x: Floats, y: Floats) -> tuple[float, float, float]:  # pragma
 
 
 @kernel
-def _random(state: Ints) -> float:  # pragma: no cover
+def _random(state: Ints) -> float:
     """Uniform in [0, 1): a 31-bit Lehmer generator, so that a section costs no generator object."""
     state[0] = (state[0] * 48271) % 2147483647
     return float(state[0] / 2147483647.0)
@@ -144,7 +144,7 @@ def robust_circle(  # noqa: C901
     best_so_far: bool,  # noqa: FBT001
     taubin: bool,  # noqa: FBT001
     state: Ints,
-) -> tuple[float, float, float, float, float]:  # pragma: no cover
+) -> tuple[float, float, float, float, float]:
     """Circle by RANSAC, then by least squares without the outliers.
 
     ``rounds`` > 0 is a fixed number of samples; 0 lets each sample's share of outliers set it (section 3.2),
@@ -196,7 +196,7 @@ def fit_circles(
     best_so_far: bool,  # noqa: FBT001
     taubin: bool,  # noqa: FBT001
     state: Ints,
-) -> Floats:  # pragma: no cover
+) -> Floats:
     """A circle per plane: rows (x, y, height, radius, mean distance, capped mean distance, points, rejected).
 
     NaN where a plane meets fewer than four triangles. The capped mean counts no distance beyond the

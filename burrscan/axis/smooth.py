@@ -19,7 +19,7 @@ EDGE_LIMIT = 3.0
 
 
 @kernel
-def _bin_of(square: float) -> int:  # pragma: no cover
+def _bin_of(square: float) -> int:
     """One of 2048 bins, 32 to each power of two: a histogram that needs no range and no order.
 
     The exponent and the first five bits of the mantissa, as they stand in an IEEE 754 double.
@@ -29,13 +29,13 @@ def _bin_of(square: float) -> int:  # pragma: no cover
 
 
 @kernel
-def _middle_of(index: int) -> float:  # pragma: no cover
+def _middle_of(index: int) -> float:
     """The middle of a bin."""
     return math.ldexp(0.5 + (index % 32 + 0.5) / 64.0, index // 32 - 40)
 
 
 @kernel
-def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no cover
+def median_square_edge(points: Floats, faces: Ints32) -> float:
     """Median squared length of the faces' longest edges, from a histogram over logarithms (order-free)."""
     bins = np.zeros(2048)
     for f in range(faces.shape[0]):
@@ -55,9 +55,7 @@ def median_square_edge(points: Floats, faces: Ints32) -> float:  # pragma: no co
 
 
 @kernel
-def _round(
-    points: Floats, weights: Floats, faces: Ints32, limit: float, out: Floats
-) -> None:  # pragma: no cover
+def _round(points: Floats, weights: Floats, faces: Ints32, limit: float, out: Floats) -> None:
     """One round: each vertex to the mean of the middles of its faces; faces with a long edge do not count."""
     count = np.zeros(points.shape[0])
     out[:] = 0.0
@@ -100,7 +98,7 @@ def smoothed(points: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> 
 
 
 @kernel
-def displacement(raw: Floats, smooth: Floats) -> float:  # pragma: no cover
+def displacement(raw: Floats, smooth: Floats) -> float:
     """Noise of the raw points, from the median distance that smoothing moved them (along the normal)."""
     bins = np.zeros(2048)
     for i in range(raw.shape[0]):

@@ -43,7 +43,7 @@ class Spread:
 
 
 @kernel
-def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:  # pragma: no cover
+def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:
     """Add w J to four places of a row. Written out: it stays in registers."""
     row[at] += w * J[0]
     row[at + 1] += w * J[1]
@@ -52,7 +52,7 @@ def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:  # pragma: no 
 
 
 @kernel
-def _add_square(row: Floats, at: int, w: float, J: Four) -> None:  # pragma: no cover
+def _add_square(row: Floats, at: int, w: float, J: Four) -> None:
     """Add the upper triangle of w J Jᵀ to ten places of a row."""
     a, b, c = w * J[0], w * J[1], w * J[2]
     row[at] += a * J[0]
@@ -80,7 +80,7 @@ def _tally(
     gram: Floats,
     scores: Floats,
     slopes: Floats,
-) -> Floats:  # pragma: no cover
+) -> Floats:
     """Everything :func:`spread_of` needs, in one pass.
 
     ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
@@ -169,7 +169,7 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
 
 
 @kernel
-def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:  # pragma: no cover
+def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:
     """What the scores say once the means along parallels are off.
 
     The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
@@ -197,7 +197,7 @@ def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:  
 
 
 @kernel
-def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> None:  # pragma: no cover
+def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> None:
     """Add Σ w (d - d̄) (J - J̄) and Σ w (J - J̄) (J - J̄)ᵀ of every sector of a parallel."""
     for s in range(SECTORS):
         row = scores[s]

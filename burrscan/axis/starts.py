@@ -27,7 +27,7 @@ def hemisphere(count: int) -> Floats:
 
 
 @kernel
-def _basis(a: Floats) -> Floats:  # pragma: no cover
+def _basis(a: Floats) -> Floats:
     """(2, 3) two unit vectors perpendicular to ``a``."""
     start = np.zeros(3)
     start[np.argmin(np.abs(a))] = 1.0
@@ -37,7 +37,7 @@ def _basis(a: Floats) -> Floats:  # pragma: no cover
 
 
 @summing
-def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) -> Floats:  # pragma: no cover
+def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) -> Floats:
     """The point nearest, in least absolute deviations, to the lines of the normals seen along ``a``."""
     uv = _basis(a)
     u0, u1, u2, v0, v1, v2 = uv[0, 0], uv[0, 1], uv[0, 2], uv[1, 0], uv[1, 1], uv[1, 2]
@@ -66,9 +66,7 @@ def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) 
 
 
 @summing
-def angle_cost(
-    points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float
-) -> float:  # pragma: no cover
+def angle_cost(points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float) -> float:
     """Geman-McClure mean of the angle between the normals and the meridian planes."""
     cost = 0.0
     a0, a1, a2 = a
@@ -85,7 +83,7 @@ def angle_cost(
 @summing
 def _normal_equations(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, uv: Floats, width: float
-) -> tuple[Floats, Floats]:  # pragma: no cover
+) -> tuple[Floats, Floats]:
     H = np.zeros((4, 4))
     g = np.zeros(4)
     J = np.zeros(4)
@@ -121,7 +119,7 @@ def _normal_equations(
 @kernel
 def descend(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float, rounds: int
-) -> tuple[Floats, Floats, float]:  # pragma: no cover
+) -> tuple[Floats, Floats, float]:
     """Levenberg-Marquardt on the Geman-McClure cost of the angle."""
     cost = angle_cost(points, normals, weights, a, c, width)
     damping = 1e-3
@@ -151,7 +149,7 @@ def descend(
 @kernel
 def _grid(
     points: Floats, normals: Floats, weights: Floats, directions: Floats, width: float
-) -> tuple[Floats, Floats]:  # pragma: no cover
+) -> tuple[Floats, Floats]:
     places = np.empty_like(directions)
     costs = np.empty(directions.shape[0])
     for k in range(directions.shape[0]):

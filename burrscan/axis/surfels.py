@@ -23,7 +23,7 @@ class Surfels:
 
 
 @kernel
-def _coarse_sums(cells: Ints, rows: Floats, index: Ints, side: int) -> Floats:  # pragma: no cover
+def _coarse_sums(cells: Ints, rows: Floats, index: Ints, side: int) -> Floats:
     sums = np.zeros((cells.shape[0], 10))
     count = 0
     for i in range(cells.shape[0]):
@@ -38,7 +38,7 @@ def _coarse_sums(cells: Ints, rows: Floats, index: Ints, side: int) -> Floats:  
 
 
 @kernel
-def plane_of(row: Floats) -> tuple[float, float, float, float]:  # pragma: no cover
+def plane_of(row: Floats) -> tuple[float, float, float, float]:
     """Unit normal of the plane through points with the given moments, and how far from planar they are.
 
     The latter is the smallest over the middle eigenvalue of the covariance, 1 where there is no plane. Closed
@@ -80,9 +80,7 @@ def plane_of(row: Floats) -> tuple[float, float, float, float]:  # pragma: no co
 
 
 @kernel
-def _fit_planes(
-    places: Ints, index: Ints, sums: Floats, few: float
-) -> tuple[Floats, Floats]:  # pragma: no cover
+def _fit_planes(places: Ints, index: Ints, sums: Floats, few: float) -> tuple[Floats, Floats]:
     normals = np.empty((sums.shape[0], 3))
     flatness = np.empty(sums.shape[0])
     wide = np.empty(10)

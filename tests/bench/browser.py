@@ -1,12 +1,17 @@
-"""Opens pages in a browser without a window, and asks each what it shows."""
+"""Opens pages in a browser without a window, and asks each what it shows.
+
+``python -m tests.bench.browser`` says which browser the tests will use, and ends with 1 where there is none.
+"""
 
 from __future__ import annotations
 
 import http.server
 import json
+import os
 import queue
 import shutil
 import subprocess
+import sys
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,6 +33,14 @@ FLAGS = (
 )  # fmt: skip
 DRIVER = "GL Driver Message"  # of the software renderer, on its own slowness
 PATIENCE_S = 120.0
+VARIABLE = "BURRSCAN_BROWSER"
+NAMES = (
+    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+)  # fmt: skip
+"""Browsers that take Chromium's switches, as they are called on Linux and macOS."""
+HOW = f"install Chromium or Chrome, or name one by the variable {VARIABLE}"
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,12 @@ class Served:
     asked: list[str] = field(default_factory=list)
 
 
+def find_browser() -> str | None:
+    """Path of a browser that can be driven; the one that the environment names goes first, and alone."""
+    named = os.environ.get(VARIABLE)
+    return next(filter(None, map(shutil.which, [named] if named else NAMES)), None)
+
+
 def look(pages: Mapping[str, tuple[Path, int]], probe: str, folder: Path) -> Seen:
     """Open pages, all in one browser, each in a frame of its own width: windows are never below 500 pixels.
 
@@ -61,9 +80,9 @@ def look(pages: Mapping[str, tuple[Path, int]], probe: str, folder: Path) -> See
         For what the browser writes.
 
     """
-    program = shutil.which("chromium") or shutil.which("google-chrome")
+    program = find_browser()
     if not program:
-        pytest.skip("no chromium on this machine")
+        pytest.skip(f"no browser on this machine: {HOW}")
     served = Served({f"/{name}": _probed(page, name, probe) for name, (page, _) in pages.items()})
     served.pages = {**served.pages, "/": _frames({name: width for name, (_, width) in pages.items()})}
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _handler(served)) as server:
@@ -127,3 +146,9 @@ def _handler(served: Served) -> type[http.server.BaseHTTPRequestHandler]:
             """Say nothing."""
 
     return Handler
+
+
+if __name__ == "__main__":
+    found = find_browser()
+    sys.stdout.write(f"{found or HOW}\n")
+    sys.exit(not found)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -20,10 +18,10 @@ from burrscan.rig import View
 from scenes.board import board_poses
 from scenes.rig import DeviceSpec, RigSpec
 from tests.burrscan.boards import drawn_board
+from tests.data import HERE
 
 BOARD = Board(9, 6, 20.0)
 LENS = (-0.12, 0.05, 0.001, -0.0005, 0.0)
-PROCAM = Path(__file__).parents[2] / "../shared/data/captures/procam/capture_0"
 
 
 def true_rig() -> Rig:
@@ -170,10 +168,9 @@ def test_homographies_carry_corners_through_wrong_codes() -> None:
     assert np.sqrt((error[known] ** 2).mean()) < 0.05
 
 
-@pytest.mark.skipif(not PROCAM.is_dir(), reason="../shared/data is not here")
 def test_the_real_board_is_found_and_flat() -> None:
     """A real photograph of a 9×7 board: its corners fit one homography to a tenth of a pixel."""
-    white = read_grey(PROCAM / "graycode_40.png")
+    white = read_grey(HERE / "procam" / "white.png")
     board = Board(9, 7, 1.0)
     corners = find_corners(white, board)
     assert corners is not None

@@ -23,9 +23,7 @@ from burrscan.captures.opencv import read_opencv_rig
 from burrscan.captures.rows import along_baseline, exchanged
 from burrscan.triangulation import triangulate
 from tests.burrscan.instrument import plane_depth, small_rig
-
-PROCAM = Path(__file__).parents[2] / "../shared/data/captures/procam"
-here = pytest.mark.skipif(not PROCAM.is_dir(), reason="../shared/data is not here")
+from tests.data import HERE, captures, place
 
 
 class Raster(TypedDict):
@@ -38,9 +36,9 @@ class Raster(TypedDict):
 SIZE: Raster = {"width": 40, "height": 24}
 
 
-@pytest.fixture(scope="module")
-def procam() -> GrayCapture:
-    return read_gray_folder(PROCAM / "capture_0", width=1024, height=768)
+@pytest.fixture(scope="module", params=captures(), ids=place)
+def procam(request: pytest.FixtureRequest) -> GrayCapture:
+    return read_gray_folder(request.param / "capture_0", width=1024, height=768)
 
 
 def by_opencv(pairs: Image, extent: int) -> tuple[Ints, Ints]:
@@ -52,7 +50,6 @@ def by_opencv(pairs: Image, extent: int) -> tuple[Ints, Ints]:
     return code, sure & (code < extent)
 
 
-@here
 def test_the_real_capture_agrees_with_opencvs_rule(procam: GrayCapture) -> None:
     ours = decode_gray_capture(procam)
     assert ours.v_px is not None
@@ -60,12 +57,11 @@ def test_the_real_capture_agrees_with_opencvs_rule(procam: GrayCapture) -> None:
     v, v_sure = by_opencv(procam.rows, 768)
     both = ours.mask & u_sure & v_sure
     off = np.maximum(np.abs(ours.u_px - u), np.abs(ours.v_px - v))[both]
-    assert both.sum() > 700_000
+    assert both.mean() > 0.53  # the black squares do not decode
     assert (off <= 0.5).mean() >= 0.99  # half a pixel: a pixel on the border of two columns
     assert ours.mask.mean() > 0.6
 
 
-@here
 def test_the_real_capture_decodes_without_tears(procam: GrayCapture) -> None:
     """Independent of any other decoder: neighbours on one surface see neighbouring projector pixels."""
     ours = decode_gray_capture(procam)
@@ -74,9 +70,9 @@ def test_the_real_capture_decodes_without_tears(procam: GrayCapture) -> None:
     assert (step[pairs] <= 2.0).mean() > 0.999
 
 
-@here
 def test_opencv_calibrations_are_read() -> None:
-    rig = read_opencv_rig(PROCAM / "calibration_result.xml", projector=(1024, 768), camera=(1280, 1024))
+    path = HERE / "procam" / "calibration_result.xml"
+    rig = read_opencv_rig(path, projector=(1024, 768), camera=(1280, 1024))
     assert rig.camera.fx == pytest.approx(3452.39, abs=0.01)
     assert rig.projector.distortion[4] == pytest.approx(1.69850, abs=1e-4)
     assert np.allclose(

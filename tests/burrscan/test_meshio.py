@@ -17,9 +17,7 @@ from burrscan.meshio import (
     write_deviation_ply,
     write_inspection_json,
 )
-
-MESHES = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "meshes"
-UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}
+from tests.data import AXES, UNIT, meshes, place
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".stl", ".obj", ".STL"])
@@ -114,22 +112,11 @@ def test_the_document_is_json_with_units_in_its_keys(tmp_path: Path) -> None:
     assert document["axis"]["method"] == "profile"
 
 
-@pytest.mark.skipif(not MESHES.is_dir(), reason="../shared/data/meshes is not there")
-@pytest.mark.parametrize(
-    ("name", "axis"),
-    [
-        ("husky_wheel.stl", 1),
-        ("jackal_wheel.stl", 2),
-        ("tb3_left_tire.stl", 1),
-        ("tm_torus.STL", 2),
-        ("tm_round.stl", 2),
-        ("tm_tube.obj", 1),
-    ],
-)
-def test_others_meshes_get_an_answer(name: str, axis: int) -> None:
-    mesh = read_mesh(MESHES / name, unit=UNIT.get(name, "mm"))
+@pytest.mark.parametrize("path", meshes(), ids=place)
+def test_others_meshes_get_an_answer(path: Path) -> None:
+    mesh = read_mesh(path, unit=UNIT.get(path.name, "mm"))
     inspection = burrscan.inspect_mesh(mesh.vertices_mm, mesh.faces)
-    assert abs(inspection.axis.direction[axis]) > np.cos(np.radians(0.3))
+    assert abs(inspection.axis.direction[AXES[path.name]]) > np.cos(np.radians(0.3))
     assert np.isfinite(inspection.deviation_mm).mean() > 0.6
     size = np.ptp(mesh.vertices_mm, axis=0).max()
     assert np.nanmedian(np.abs(inspection.deviation_mm)) < 0.01 * size

@@ -58,11 +58,12 @@ def test_frames_are_counted(name: str) -> None:
     assert found.scan.frames == found.instrument.frames <= 60
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("indirect", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("name", "indirect"),
+    # Not the seed under interreflected light: what it dims drowns in it, and the seed has no remedy.
+    [(name, indirect) for name in NAMES for indirect in (0.0, 0.3) if name != "seed" or not indirect],
+)
 def test_accepted_columns_are_right_and_as_fine_as_stated(name: str, indirect: float) -> None:
-    if name == "seed" and indirect:
-        pytest.skip("dimmed light drowns in light by way of brighter places: the seed has no remedy")
     found = outcome(name, indirect)
     right = found.scan.correspondence.mask & (np.abs(found.error_px) <= 1.0)
     pulls = (found.error_px / found.scan.correspondence.sigma_u_px)[right]

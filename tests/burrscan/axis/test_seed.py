@@ -72,7 +72,6 @@ def test_one_seed_one_result() -> None:
 
 
 def test_simplified_mesh() -> None:
-    pytest.importorskip("fast_simplification")
     scan = revolution_scan(shape=(160, 50), sigma_mm=0.05)
     axis = find_axis(scan.vertices_mm, scan.faces, method="seed", keep_ratio=0.3)
     assert np.isfinite(axis.direction).all()

@@ -1,0 +1,39 @@
+"""Real data made by others: small parts of it lie here, the whole in ``../shared/data`` where that exists."""
+
+from pathlib import Path
+
+HERE = Path(__file__).parent
+WHOLE = HERE.parents[2] / "shared" / "data"
+AXES = {
+    "husky_wheel.stl": 1,
+    "tb3_left_tire.stl": 1,
+    "jackal_wheel.stl": 2,
+    "tm_torus.STL": 2,
+    "tm_round.stl": 2,
+    "tm_tube.obj": 1,
+}
+"""Mesh to the coordinate axis that it was drawn around."""
+UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}
+"""Millimetres, unless stated."""
+
+
+def meshes() -> tuple[Path, ...]:
+    """Every mesh that is here, and those of ``../shared/data`` that were thinned to fit in."""
+    whole = (WHOLE / "meshes" / name for name in AXES)
+    small = tuple(HERE / "meshes" / name for name in AXES)
+    return small + tuple(
+        path
+        for path, kept in zip(whole, small, strict=True)
+        if path.exists() and path.stat().st_size > kept.stat().st_size
+    )
+
+
+def captures() -> tuple[Path, ...]:
+    """The cropped Gray-code capture, and the whole one where it is there."""
+    whole = WHOLE / "captures" / "procam"
+    return (HERE / "procam", *((whole,) if whole.is_dir() else ()))
+
+
+def place(path: Path) -> str:
+    """Name of a file for a test: which one, and whether it is the small one."""
+    return f"{path.name}-{'small' if path.is_relative_to(HERE) else 'whole'}"
