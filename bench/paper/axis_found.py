@@ -14,7 +14,8 @@ from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number
 from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.profile import find_axis_profile
-from burrscan.axis.seed import find_axis_seed, find_axis_seed_mended
+from burrscan.axis.seed import find_axis_seed
+from burrscan.axis.seed_mended import find_axis_seed_mended
 from burrscan.inspection import Axis
 
 FRAMES = 40
