@@ -77,7 +77,7 @@ def burrs_seed(
         return ()
     if half_turn == "lost":
         angles = np.arctan(np.tan(angles))
-    agree = _agreeing(angles, np.radians(tolerance_deg), iterations, np.random.default_rng(seed + 1))
+    agree = agreeing(angles, np.radians(tolerance_deg), iterations, np.random.default_rng(seed + 1))
     angle = float(np.angle(np.exp(1j * angles[agree]).sum()))
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     chance = min(2.0 * np.radians(tolerance_deg) / field.arc[1], 1.0)
@@ -186,7 +186,7 @@ def _algebraic(points: Floats) -> tuple[Floats, float]:
     return origin + centre, float(np.sqrt(max(centre @ centre - d, 0.0)))
 
 
-def _agreeing(angles: Floats, tolerance: float, iterations: int, rng: np.random.Generator) -> Bools:
+def agreeing(angles: Floats, tolerance: float, iterations: int, rng: np.random.Generator) -> Bools:
     """RANSAC with samples of one: the circles that agree with the best of the tried angles."""
     best = np.zeros(len(angles), dtype=np.bool_)
     for i in rng.integers(0, len(angles), iterations):
