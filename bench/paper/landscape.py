@@ -47,7 +47,7 @@ def draw(n: Numbers) -> Section:
         reports="With the bounding box of the circles' centres, local minima almost compete with the "
         "global one; with the distances to the circles the global minimum is more pronounced and the local "
         "ones less (section 5.1).",
-        measured=f"A grid of {180 / (steps - 1):.0f}°; each minimum on it is then followed to its bottom. How "
+        measured=f"A grid of {180 / (steps - 1):.0f}°; each minimum on it is followed to its bottom. How "
         "far the second minimum stands above the best is told as a plot shows it, (second − best) / (median "
         "− "
         "best): an area of nearly zero makes any ratio large. On the seed's scan, the default's, and the "
