@@ -85,7 +85,7 @@ def test_the_charitable_reading_finds_what_the_literal_one_misses() -> None:
     assert np.median(literal) > 5.0
     assert 20 <= np.median(fewer) <= 45  # the paper: about 30
     mended, _ = _errors("seed-mended", 8)
-    assert np.median(mended) < 0.5
+    assert mended.max() < 5.0 < errors.max()  # its starts are dense: none in another basin
 
 
 @pytest.mark.parametrize(("gradient", "off_deg"), [("central", (0.0, 0.5)), ("forward", (2.0, 8.0))])
