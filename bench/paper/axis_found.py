@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -10,27 +11,48 @@ from scipy.spatial.transform import Rotation
 from bench.axis.revolution import axis_angle_deg
 from bench.paper.circles import picture, shown
 from bench.paper.lab import PIPELINES, Lab
-from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number
+from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number, verdict
 from bench.paper.scanned import Scanned
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats
 from burrscan.axis.profile import find_axis_profile
-from burrscan.axis.seed import find_axis_seed, find_axis_seed_mended
+from burrscan.axis.seed import find_axis_seed, find_axis_seed_literal
+from burrscan.axis.seed_mended import find_axis_seed_mended
 from burrscan.inspection import Axis
 
+RIGHT_DEG, BASIN_DEG = 2.0, 20.0
+"""Within the first an axis is right to the eye; beyond the second the descent was in another basin."""
+DRAW = 1_000_003
+"""Between the seeds of frames: neighbours start the same stream of random samples."""
+MANY = 120
+"""Frames for the two readings: they end in several basins, so the median of few says little."""
 FRAMES = 40
 """Random frames in which each scan's axis is searched: the paper's own frame is not known."""
-Method = Callable[[Floats, Ints32], Axis]
+Method = Callable[..., Axis]
 METHODS: dict[str, Method] = {
     "seed": find_axis_seed,
-    "seed_n8": lambda v, f: find_axis_seed(v, f, n=8),
-    "seed_lm": lambda v, f: find_axis_seed(v, f, descent="levenberg_marquardt"),
+    "seed_literal": find_axis_seed_literal,
+    "seed_forward": partial(find_axis_seed, gradient="forward"),
+    "seed_strays": partial(find_axis_seed, least_share=0.0),
+    "seed_circles": partial(find_axis_seed, mean="circles"),
+    "seed_rounds": partial(find_axis_seed, ransac_rounds=0),
+    "seed_fresh": partial(find_axis_seed, draws="fresh"),
+    "seed_grid": partial(find_axis_seed, sampling="uniform"),
+    "seed_n8": partial(find_axis_seed, n=8),
+    "seed_lm": partial(find_axis_seed, descent="levenberg_marquardt"),
     "mended": find_axis_seed_mended,
     "default": find_axis_profile,
 }
 NAMES = {
-    "seed": "the paper's: n = 3, steepest descent",
-    "seed_n8": "the paper's with n = 8, 64 starts",
-    "seed_lm": "the paper's with Levenberg-Marquardt",
+    "seed": "seed: the charitable reading",
+    "seed_literal": "seed-literal: as printed",
+    "seed_forward": "seed with forward differences",
+    "seed_strays": "seed with the scan's strays",
+    "seed_circles": "seed with the mean of the circles' means",
+    "seed_rounds": "seed with adaptive RANSAC rounds, not 5",
+    "seed_fresh": "seed with fresh samples at every orientation",
+    "seed_grid": "seed with the printed grid",
+    "seed_n8": "seed with n = 8, 64 starts",
+    "seed_lm": "seed with Levenberg-Marquardt",
     "mended": "its idea mended (seed-mended)",
     "default": "default",
 }
@@ -40,8 +62,8 @@ def in_random_frames(scan: Scanned, method: Method, count: int) -> tuple[Floats,
     """Errors in degrees and evaluations of a method on one scan, turned into random frames."""
     centred = scan.vertices_mm - scan.vertices_mm.mean(axis=0)
     errors, evaluations = [], []
-    for turn in Rotation.random(count, random_state=1).as_matrix():
-        axis = method(np.ascontiguousarray(centred @ turn.T), scan.faces)
+    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
+        axis = method(np.ascontiguousarray(centred @ turn.T), scan.faces, seed=DRAW * k)
         errors.append(axis_angle_deg(axis.direction, turn @ scan.direction))
         evaluations.append(axis.evaluations)
     return np.array(errors), np.array(evaluations, float)
@@ -52,7 +74,8 @@ def measure(lab: Lab) -> Numbers:
     found: dict[str, Floats] = {}
     for name, scan in lab.pair("wheel").items():
         for key, method in METHODS.items():
-            count = lab.repeats(FRAMES if key.startswith("seed") else FRAMES // 4)
+            few = FRAMES if key.startswith("seed") else FRAMES // 2
+            count = lab.repeats(MANY if key in {"seed", "seed_literal"} else few)
             errors, evaluations = in_random_frames(scan, method, count)
             found |= {f"{name}_{key}_errors": errors, f"{name}_{key}_evaluations": evaluations}
         own = PIPELINES[name].axis.method
@@ -61,49 +84,61 @@ def measure(lab: Lab) -> Numbers:
     return found
 
 
-def _median_axis(scan: Scanned, method: Method, count: int) -> Floats:
-    """The direction found, in the scan's frame, of the run whose error is the median."""
+def found_in_frames(scan: Scanned, method: Method, count: int) -> list[Floats]:
+    """Directions (3,) found in random frames, turned back into the scan's."""
     centre = scan.vertices_mm.mean(axis=0)
     found = []
-    for turn in Rotation.random(count, random_state=1).as_matrix():
-        direction = method(np.ascontiguousarray((scan.vertices_mm - centre) @ turn.T), scan.faces).direction
-        found.append(turn.T @ direction)
+    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
+        turned = np.ascontiguousarray((scan.vertices_mm - centre) @ turn.T)
+        direction = method(turned, scan.faces, seed=DRAW * k).direction
+        found.append(np.asarray(turn.T @ direction))
+    return found
+
+
+def _median_axis(scan: Scanned, method: Method, count: int) -> Floats:
+    """The direction of the run whose error is the median."""
+    found = found_in_frames(scan, method, count)
     errors = [scan.error_deg(direction) for direction in found]
-    return np.asarray(found[int(np.argsort(errors)[len(errors) // 2])])
+    return found[int(np.argsort(errors)[len(errors) // 2])]
 
 
 def draw(n: Numbers) -> Section:
     """Mesh, intersection points, circles and centres about the axis of each variant."""
     own = {"seed": "seed", "default": "default"}
     errors = {v: n[f"{v}_{own[v]}_errors"] for v in PIPELINES}
-    seed_runs = n["seed_seed_errors"], n["default_seed_errors"]
+    literal, forward = (n[f"seed_seed_{key}_errors"] for key in ("literal", "forward"))
     evaluations = [float(np.median(n[f"{v}_{own[v]}_evaluations"])) for v in PIPELINES]
+    printed = float(np.median(n["seed_seed_literal_evaluations"]))
     lm = [float(np.median(n[f"{v}_seed_lm_evaluations"])) for v in PIPELINES]
-    steep = [float(np.median(n[f"{v}_seed_evaluations"])) for v in PIPELINES]
+    far = float(np.mean(errors["seed"] > BASIN_DEG))
     return Section(
         title="Figure 6: the axis found",
         reports="The axis orientation is right after about 30 evaluations of f: estimated circles, "
         "intersection points and circle centres are shown; the centres lie on a line along the axis.",
-        measured=f"Seed: {evaluations[0]:.0f} evaluations (median), as the paper says, but the axis is off "
-        f"by {np.median(errors['seed']):.0f}° (median of {len(errors['seed'])} random frames; the paper's "
-        "own frame is not known). On the default's better scan it is off by "
-        f"{np.median(seed_runs[1]):.0f}°. The picture shows the run with the median error. The minimum of f "
-        "is at the axis (figure 10), but it is narrower than the step of the forward differences, 30° and "
-        "then 10°: with five halvings the descent stops on its slope, and the sparse start is in another "
-        "basin as often as not. More starts help little, small steps help: the mended variant is off by "
-        f"{np.median(n['default_mended_errors']):.2f}°, the default by {np.median(errors['default']):.3f}°.",
+        measured=f"Two readings of the text. As printed, {printed:.0f} evaluations (median) and "
+        f"{_found(literal)}. The charitable one takes {evaluations[0]:.0f}, every one counted, and is "
+        f"{_found(errors['seed'])}, in {len(errors['seed'])} random frames; the paper's own frame is not "
+        "known. "
+        f"{far:.0%} of the frames end more than {BASIN_DEG:g}° off: the nine starts are so sparse that "
+        "another "
+        "basin is the better one there; that is the method's. The table changes one thing at a time. Forward "
+        "differences over 30° and 10° are the slope of a point half a step away, and end beside the minimum: "
+        f"they alone make it {np.median(forward):.0f}°. The picture shows the run with the median error.",
         claims=(
             Claim("3.1", "the orientation takes about 30 evaluations of f", "about 30",
-                  f"{evaluations[0]:.0f} (median)", f"{evaluations[1]:.0f}",
-                  "yes" if 20 <= evaluations[0] <= 45 else "no"),
+                  f"{evaluations[0]:.0f} (median); as printed {printed:.0f}", f"{evaluations[1]:.0f}",
+                  "yes" if 20 <= printed <= 45 else "no",
+                  "the printed descent counts what the paper counts; central differences cost two more a "
+                  "step"),
             Claim("3.1, figure 6", "those evaluations find the axis", "right to the eye",
-                  _found(errors["seed"]), _found(errors["default"]),
-                  "yes" if np.median(errors["seed"]) < 2.0 else "no",
-                  "forward differences over 30° and 10° do not see a minimum a few degrees wide, and the "
-                  "descent gives up after five halvings (3.1 mended in seed-mended: "
-                  f"{np.median(n['default_mended_errors']):.2f}°)"),
+                  f"{_found(errors['seed'])}; as printed {_found(literal)}", _found(errors["default"]),
+                  verdict([bool(np.median(errors["seed"]) < RIGHT_DEG), far < 0.05]),
+                  f"the median frame is right with central differences; {far:.0%} end in another basin. "
+                  f"Experiment: 64 starts instead of nine leave {_far(n, 'seed_n8'):.0%}"),
             Claim("3.1", "Levenberg-Marquardt needs many more evaluations than steepest descent", "more",
-                  f"{lm[0]:.0f} against {steep[0]:.0f}", "–", "yes" if lm[0] > steep[0] else "no"),
+                  f"{lm[0]:.0f} against {printed:.0f}, both with forward differences", "–",
+                  "yes" if lm[0] > printed else "no",
+                  "" if lm[0] > printed else "each step costs more, but it settles after fewer"),
         ),
         pictures=tuple(picture(n, name, _title(n, name), name) for name in SIDES),
         tables=(_table(n),),
@@ -111,8 +146,17 @@ def draw(n: Numbers) -> Section:
 
 
 def _found(errors: Floats) -> str:
-    digits = 0 if np.median(errors) > 5 else 3
-    return f"off by {np.median(errors):.{digits}f}° (median), {np.mean(errors < 5.0):.0%} within 5°"
+    digits = 0 if np.median(errors) > 5 else 2 if np.median(errors) > 0.1 else 4
+    low, high = np.percentile(errors, [25, 75])
+    return (
+        f"off by {np.median(errors):.{digits}f}° (median; middle half {low:.2g}° to {high:.2g}°), "
+        f"{np.mean(errors < 5.0):.0%} within 5°"
+    )
+
+
+def _far(n: Numbers, key: str) -> float:
+    """Share of the frames in which the search on the seed's scan ended in another basin."""
+    return float(np.mean(n[f"seed_{key}_errors"] > BASIN_DEG))
 
 
 def _table(n: Numbers) -> Table:

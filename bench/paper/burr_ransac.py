@@ -13,7 +13,7 @@ from bench.paper.parts import Claim, Numbers, Picture, Section, Table
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs import burrs_residual, burrs_seed
-from burrscan.burrs.seed import _agreeing
+from burrscan.burrs.seed import agreeing
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 
@@ -37,7 +37,7 @@ def success(wrong: int, *, trials: int, seed: int = 0) -> float:
     for _ in range(trials):
         angles = np.radians(SPREAD_DEG) * rng.normal(size=CIRCLES)
         angles[:wrong] = rng.uniform(-np.radians(70.0), np.radians(70.0), wrong)
-        agree = _agreeing(angles, np.radians(T_DEG), SAMPLES, rng)
+        agree = agreeing(angles, np.radians(T_DEG), SAMPLES, rng)
         found = np.angle(np.exp(1j * angles[agree]).sum())
         hits += bool(abs(found) < np.radians(T_DEG))
     return hits / trials

@@ -21,7 +21,8 @@ from burrscan.axis.surfels import Surfels, surfels_of
 MEASURES = ("bounding_box", "max_centre_distance", "circle_distance")
 RIGHT_DEG = 2.0
 """Within it the best orientation counts as the right one."""
-DRAWS = 8
+_PER_DRAW = ("count", "at_truth", "contrast", "grid_contrast")
+DRAWS = 20
 """Of the paper's noise: which minimum is best depends on the draw."""
 
 
@@ -29,6 +30,17 @@ def landscapes(vertices_mm: Floats, faces: Ints32, grid: Floats) -> dict[str, Fl
     """The paper's three measures at every orientation of a grid, from the same circles."""
     found = [sectioned(vertices_mm, faces, angles) for angles in grid]
     return {name: np.array([one.quality(name) for one in found]) for name in MEASURES}
+
+
+def contrast(minima: Floats, values: Floats) -> float:
+    """Height of the second minimum as a plot shows it: (second - best) / (median - best).
+
+    Of a landscape's ``values`` (infinite ones left out). Neither the unit nor an offset changes it; a ratio
+    of two minima that are nearly zero means nothing. 1 where there is but one minimum.
+    """
+    if len(minima) < 2:
+        return 1.0
+    return float((minima[1] - minima[0]) / (np.median(values[np.isfinite(values)]) - minima[0]))
 
 
 def _quality(vertices_mm: Floats, faces: Ints32, measure_name: str, angles: Floats) -> float:
@@ -96,7 +108,7 @@ def _landscape(scan: Scanned, vertices: Floats, grid: Floats) -> dict[str, Float
 def _medians(name: str, draws: Sequence[Mapping[str, Floats]]) -> dict[str, Floats]:
     """Of a measure over draws of noise; ``errors_deg`` and ``values`` are the best minimum's."""
     errors = np.array([float(draw[f"{name}_errors_deg"][0]) for draw in draws])
-    keys = [key for key in ("count", "margin", "grid_margin", "at_truth") if f"{name}_{key}" in draws[0]]
+    keys = [key for key in _PER_DRAW if f"{name}_{key}" in draws[0]]
     return {
         **{key: np.median([draw[f"{name}_{key}"] for draw in draws]) for key in keys},
         "errors_deg": np.array([np.median(errors)]),
@@ -114,6 +126,6 @@ def _entry(key: str, values: Floats, grid: Floats, scan: Scanned, objective: Obj
         f"{key}_minima": found[:, :2],
         f"{key}_values": found[:, 2],
         f"{key}_errors_deg": np.array([scan.error_deg(direction_of(row[:2])) for row in found]),
-        f"{key}_margin": np.asarray(found[1, 2] / found[0, 2] if len(found) > 1 else np.inf),
-        f"{key}_grid_margin": np.asarray(minima.values[1] / minima.values[0] if len(found) > 1 else np.inf),
+        f"{key}_contrast": np.asarray(contrast(found[:, 2], values)),
+        f"{key}_grid_contrast": np.asarray(contrast(minima.values, values)),
     }

@@ -65,7 +65,7 @@ def sectioned(
     *,
     planes: int = PLANES,
     tolerance_mm: float = TOLERANCE_MM,
-    rounds: int = 0,
+    rounds: int = 5,
     seed: int = 0,
 ) -> Sectioned:
     """Test one orientation as section 3.2 does."""

@@ -18,6 +18,7 @@ MODULES: dict[str, str] = {
     "ransac-table": "bench.paper.ransac_table",
     "cost": "bench.paper.cost",
     "simplification": "bench.paper.simplification",
+    "choices": "bench.paper.choices",
     "figure-7": "bench.paper.burr_angle",
     "section-4": "bench.paper.burr_ransac",
     "section-5": "bench.paper.speed_accuracy",

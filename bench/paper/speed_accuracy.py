@@ -28,7 +28,7 @@ TITLES = (
     "false calls",
 )
 REPEATS = 5
-PAPER_S, WANTED_MM = 10.0, 3.0
+PAPER_S, PAPER_TRIANGLES, WANTED_MM = 10.0, 123e3, 3.0
 
 
 def stage_seconds(scan: Scanned, pipeline: Pipeline, repeats: int) -> Floats:
@@ -88,8 +88,15 @@ def draw(n: Numbers) -> Section:
                 "5",
                 "the whole takes 10 s with 123,000 triangles",
                 "10 s (1.6 GHz Pentium M)",
-                *both(lambda v: f"{total[v]:.2f} s"),
-                "yes" if total["seed"] < PAPER_S else "no",
+                *both(
+                    lambda v: (
+                        f"{total[v]:.2f} s, {1e9 * total[v] / number(n, f'{v}_triangles'):,.0f} ns a triangle"
+                    )
+                ),
+                "partly",
+                f"the paper's is {1e9 * PAPER_S / PAPER_TRIANGLES:,.0f} ns a triangle on a laptop's single "
+                "core of "
+                "2004, ours a core of twenty years later: the machines, not the methods, are compared",
             ),
             Claim(
                 "5",
@@ -99,7 +106,7 @@ def draw(n: Numbers) -> Section:
                 "yes" if share["seed"] > 0.5 else "no",
                 ""
                 if share["seed"] > 0.5
-                else f"its 34 or so evaluations take {1e3 * n['seed_seconds'][0]:.0f} ms; our burr stage, "
+                else f"its evaluations take {1e3 * n['seed_seconds'][0]:.0f} ms; our burr stage, "
                 "which also measures the burr's size, takes as long",
             ),
             Claim(

@@ -8,6 +8,7 @@ import traceback
 from pathlib import Path
 
 from bench.run.directory import RunDirectory
+from bench.run.draws import seeded
 from bench.run.job import Job
 from bench.run.records import Failure, Record
 from bench.run.subjects import SUBJECTS, Subject
@@ -60,7 +61,7 @@ def without_roots(text: str) -> str:
 def _examine_variant(job: Job, case: Case, variant: Variant, subject: Subject, folder: Path) -> Record:
     stage = "pipeline"
     try:
-        look = subject(pipeline_of(variant))
+        look = subject(seeded(pipeline_of(variant), case.identity))
         stage = "score"
         metrics = measure(look.evidence, own=job.own_metrics)
         burrs = burr_tables(look.evidence)

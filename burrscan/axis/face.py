@@ -16,7 +16,8 @@ from burrscan.welding import welded
 METHODS: dict[str, str] = {
     "profile": "burrscan.axis.profile:find_axis_profile",
     "seed": "burrscan.axis.seed:find_axis_seed",
-    "seed-mended": "burrscan.axis.seed:find_axis_seed_mended",
+    "seed-literal": "burrscan.axis.seed:find_axis_seed_literal",
+    "seed-mended": "burrscan.axis.seed_mended:find_axis_seed_mended",
     "line-complex": "burrscan.axis.line_complex:find_axis_line_complex",
     "line-complex-robust": "burrscan.axis.line_complex:find_axis_line_complex_robust",
     "andrews-sequin": "burrscan.axis.andrews_sequin:find_axis_andrews_sequin",

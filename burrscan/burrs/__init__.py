@@ -6,6 +6,7 @@ from burrscan.burrs.seed import burrs_seed
 METHODS = {
     "residual": "burrscan.burrs.residual:burrs_residual",
     "seed": "burrscan.burrs.seed:burrs_seed",
+    "seed-literal": "burrscan.burrs.seed:burrs_seed_literal",
 }
 """Short names of the ways to find burrs."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -33,6 +34,7 @@ def burrs_seed(
     tolerance_deg: float = 5.0,
     iterations: int = 4,
     seed: int = 0,
+    half_turn: Literal["kept", "lost"] = "kept",
 ) -> tuple[Burr, ...]:
     """Find the one burr, parallel to the axis, that the paper assumes.
 
@@ -52,6 +54,8 @@ def burrs_seed(
         N of the paper: a quarter of the angles wrong, 99 % to hit a right one.
     seed
         Of the random choices.
+    half_turn
+        Lost where the arctangent of one argument, as printed, cannot tell an angle from the opposite one.
 
     Returns
     -------
@@ -71,7 +75,9 @@ def burrs_seed(
     angles, signed = _farthest(vertices_mm, faces, axis, planes, np.random.default_rng(seed))
     if not len(angles):
         return ()
-    agree = _agreeing(angles, np.radians(tolerance_deg), iterations, np.random.default_rng(seed + 1))
+    if half_turn == "lost":
+        angles = np.arctan(np.tan(angles))
+    agree = agreeing(angles, np.radians(tolerance_deg), iterations, np.random.default_rng(seed + 1))
     angle = float(np.angle(np.exp(1j * angles[agree]).sum()))
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     chance = min(2.0 * np.radians(tolerance_deg) / field.arc[1], 1.0)
@@ -82,6 +88,33 @@ def burrs_seed(
     sign = 1 if np.median(signed[agree]) >= 0.0 else -1
     burr = describe(field, Site(chosen, on, sign, significance), axis, limit_mm=limit_mm)
     return (_with_angle(burr or _angle_only(sign, significance), angle, angles[agree], axis),)
+
+
+def burrs_seed_literal(
+    vertices_mm: Floats,
+    faces: Ints32,
+    axis: Axis,
+    generatrix: Generatrix,
+    *,
+    sigma_mm: Floats | float | None = None,
+    limit_mm: float | None = None,
+    seed: int = 0,
+) -> tuple[Burr, ...]:
+    """Find the burr as printed: :func:`burrs_seed` with α = tan⁻¹(y / x) of one argument.
+
+    A burr on the half x < 0 of the part frame is so stated half a turn away. The paper counts its angles in
+    the frame rotated back from (θ, φ), which depends on how the scanner stood; here it is the part frame.
+    """
+    return burrs_seed(
+        vertices_mm,
+        faces,
+        axis,
+        generatrix,
+        sigma_mm=sigma_mm,
+        limit_mm=limit_mm,
+        seed=seed,
+        half_turn="lost",
+    )
 
 
 def _farthest(
@@ -153,7 +186,7 @@ def _algebraic(points: Floats) -> tuple[Floats, float]:
     return origin + centre, float(np.sqrt(max(centre @ centre - d, 0.0)))
 
 
-def _agreeing(angles: Floats, tolerance: float, iterations: int, rng: np.random.Generator) -> Bools:
+def agreeing(angles: Floats, tolerance: float, iterations: int, rng: np.random.Generator) -> Bools:
     """RANSAC with samples of one: the circles that agree with the best of the tried angles."""
     best = np.zeros(len(angles), dtype=np.bool_)
     for i in rng.integers(0, len(angles), iterations):

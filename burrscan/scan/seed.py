@@ -33,7 +33,6 @@ from burrscan.triangulation import epipolar_v
 _CANDIDATES = 80
 _WELL_MEASURED_PX = 0.5
 _DOUBT_Z = 5.0
-_SMOOTH_PX = 2.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ def scan_seed(
         wanted = crude.response.signal_e_per_ms * final_ms > 3.0 * camera.read_noise_e
         u_px = fill(crude.u_px, np.isfinite(crude.u_px), wanted=wanted)
         light = fill_share * camera.full_well_e / (brightest(u_px, scanner, crude.response) * final_ms)
-        intensity = _smooth(np.clip(light, least, 1.0))
+        intensity = np.clip(light, least, 1.0)
     code = gray_phase(width=view.width, period_px=period_px, steps=steps, mask_clipped=mask_clipped)
     shown = patterns(code.light, code.names, view=view, sheet=scanner.projector, intensity=intensity)
     images = scanner.capture(shown, final_ms)
@@ -196,7 +195,8 @@ def brightest(u_px: Floats32, scanner: Scanner, response: Response) -> Floats:
 
     Notes
     -----
-    The brightest within two pixels counts; where no camera pixel looks, the nearest does. O(pixels).
+    Per pixel, as section 2 says: of the camera pixels that one projector pixel lights the brightest counts,
+    and nothing is spread to its neighbours. Where no camera pixel looks, the nearest one's does. O(pixels).
 
     """
     height, width = scanner.rig.projector.shape
@@ -206,14 +206,7 @@ def brightest(u_px: Floats32, scanner: Scanner, response: Response) -> Floats:
         inside = (u_px > -0.5) & (u_px < width - 0.5) & (v_px > -0.5) & (v_px < height - 0.5)
     at = np.rint(v_px[inside]).astype(np.int64), np.rint(u_px[inside]).astype(np.int64)
     np.maximum.at(found, at, response.white_e_per_ms[inside])
-    found = ndimage.maximum_filter(found, size=5)
     if not (found > 0.0).any():
         return np.full((height, width), 1e-12)
     nearest = ndimage.distance_transform_edt(found <= 0.0, return_distances=False, return_indices=True)
     return np.asarray(found[tuple(nearest)], float)
-
-
-def _smooth(intensity: Floats) -> Floats:
-    """Intensities without steps: what is dimmed stays at least as dim at its centre."""
-    low = ndimage.minimum_filter(np.log(intensity), size=5)
-    return np.asarray(np.exp(ndimage.gaussian_filter(low, _SMOOTH_PX, mode="nearest")))

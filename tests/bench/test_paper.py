@@ -12,8 +12,10 @@ from scipy.stats import norm
 from bench.axis.revolution import grid_faces, revolution_scan
 from bench.cli import main
 from bench.paper import NAMES, build_paper, multiview, rivals
+from bench.paper.choices import separation
 from bench.paper.generatrix_band import thickness_mm
 from bench.paper.lab import Lab
+from bench.paper.landscapes import contrast
 from bench.paper.minima import bottoms, grid_of, minima_of
 from bench.paper.noise import along_rays
 from bench.paper.orientation import angles_of, direction_of, sectioned
@@ -177,3 +179,18 @@ def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest
     assert 2 * len(rows) == words.count('class="agrees') > 60
     unexplained = [row for row in rows if 'class="agrees no"' in row and 'class="why"' not in row]
     assert not unexplained
+
+
+def test_contrast_is_free_of_scale_and_tells_a_competing_minimum() -> None:
+    values = np.linspace(1.0, 9.0, 81)
+    assert contrast(np.array([1.0, 2.0]), values) == pytest.approx(0.25)
+    assert contrast(np.array([1.0, 2.0]) * 7.0 - 3.0, values * 7.0 - 3.0) == pytest.approx(0.25)
+    assert contrast(np.array([1.0]), values) == 1.0
+    assert contrast(np.array([1.0, 2.0]), np.append(values, np.full(9, np.inf))) == pytest.approx(0.25)
+
+
+def test_separation_of_known_samples() -> None:
+    right, wrong = np.array([1.0, 2.0]), np.array([2.0, 3.0])
+    assert separation(right, wrong) == pytest.approx(0.875)
+    assert separation(right, right) == 0.5
+    assert np.isnan(separation(right, np.array([])))

@@ -215,6 +215,8 @@ def test_the_standard_suite_is_what_its_title_says() -> None:
     assert 0.2 <= 1.0 - len(burrs) / len(cases) <= 0.3, "clean wheels, for false calls"
     seed = next(pipeline_of(v) for v in standard.variant if v.name == "seed")
     assert (seed.scan.method, seed.axis.method, seed.burrs.method) == ("seed", "seed", "seed")
+    literal = next(pipeline_of(v) for v in standard.variant if v.name == "seed-literal")
+    assert (literal.scan.method, literal.axis.method, literal.burrs.method) == ("seed", *["seed-literal"] * 2)
     assert len(standard.gate) > 5
 
 

@@ -15,7 +15,7 @@ from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs import burrs_residual, burrs_seed
 from burrscan.burrs.detect import BOXES, evidence_of, threshold
 from burrscan.burrs.field import field_of
-from burrscan.burrs.seed import _planes_cut
+from burrscan.burrs.seed import _planes_cut, burrs_seed_literal
 from burrscan.burrs.stated import calibrated
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
@@ -231,6 +231,19 @@ def test_seed_finds_the_angle_of_an_axial_burr() -> None:
     assert burr.side == "protrusion"
     assert burr.within_limit is False
     assert burr.significance > 5.0
+
+
+def test_the_printed_arctangent_loses_half_a_turn() -> None:
+    """The same burr on the half x < 0 of the part frame and on the other: only one is stated where it is."""
+    for angle_deg in (-60.0, -17.0, 40.0):
+        scan = revolution_scan("cylinder", sigma_mm=0.05, seed=14, burrs=(RidgeBurr(angle_deg=angle_deg),))
+        axis = exact_axis(scan)
+        curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
+        true = turned(angle_in_frame_deg(scan, axis, angle_deg))
+        (kept,) = burrs_seed(scan.vertices_mm, scan.faces, axis, curve)
+        (lost,) = burrs_seed_literal(scan.vertices_mm, scan.faces, axis, curve)
+        assert abs(turned(kept.angle_deg.value - true)) < 0.5
+        assert abs(turned(lost.angle_deg.value - true - (180.0 if abs(true) > 90.0 else 0.0))) < 0.5
 
 
 def test_seed_answers_even_where_there_is_nothing() -> None:

@@ -44,7 +44,7 @@ def test_adapted_light_reaches_more_than_full_light() -> None:
     assert shares[0] > 0.85
 
 
-def test_the_path_carries_the_brightest_response() -> None:
+def test_light_is_adapted_pixel_by_pixel() -> None:
     instrument = Instrument(small_rig(width=100), depth=plane_depth)
     u_px = instrument.truth_u.astype(np.float32)
     one = np.ones(u_px.shape, np.float32)
@@ -55,4 +55,4 @@ def test_the_path_carries_the_brightest_response() -> None:
     v_px = epipolar_v(u_px, instrument.rig)
     at = round(float(v_px[row, column])), round(float(u_px[row, column]))
     assert found[at] == pytest.approx(7.0)
-    assert (found == found.max()).sum() == 25
+    assert (found == found.max()).sum() == 1
