@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.cli.grammar import Commands, command, positive
+from bench.cli.signals import Terminated
 
 if TYPE_CHECKING:
     from bench.run import Run
@@ -23,7 +24,7 @@ that a run can be stopped at any moment, and the same command with --resume fini
 records that an undisturbed run would have made.
 
 exit codes: 0 every variant has a result, 2 a variant failed in every case, or bad input,
-130 interrupted"""
+130 interrupted, 143 terminated"""
 
 _EXAMPLES = """\
   burrscan run quick
@@ -66,10 +67,12 @@ def main(given: argparse.Namespace) -> int:
     out_dir = _where(given)
     try:
         _run(given, out_dir)
-    except KeyboardInterrupt:
-        print(f"\nburrscan: interrupted; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as stop:
+        ended, code = ("terminated", 143) if isinstance(stop, Terminated) else ("interrupted", 130)
+        print(f"\nburrscan: {ended}; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
+        return code
     run = load_run(out_dir)
+    page = build_report(out_dir)  # before anything is printed: the reader may leave, as `| head` does
     print_table(terminal_table(run))
     print(caption())
     if goals := goals_table(run):
@@ -78,7 +81,7 @@ def main(given: argparse.Namespace) -> int:
         print_table(budget)
     print_table(times_table(run))
     say_failures(run)
-    print(f"report: {build_report(out_dir)}")
+    print(f"report: {page}")
     if hopeless := hopeless_variants(run):
         print(f"burrscan: no case has a result: {', '.join(hopeless)}", file=sys.stderr)
     return 2 if hopeless else 0

@@ -13,7 +13,8 @@ import pytest
 import trimesh
 from rich.console import Console
 
-from bench.cli import COMMANDS, main, parser, tables
+from bench.cli import main, tables
+from bench.cli.program import COMMANDS, parser
 from bench.cli.completion import bash, fish
 from scenes.wheel import build_wheel, load_wheel
 
