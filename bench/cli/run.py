@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.grammar import Commands, command, positive
+from bench.cli.grammar import Commands, add_trust, command, not_negative, positive
 from bench.cli.signals import Terminated
 
 if TYPE_CHECKING:
@@ -49,9 +49,10 @@ def add(commands: Commands) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, help=f"run directory (default: {RUNS}/SUITE-TIME)")
     parser.add_argument("--workers", metavar="N", type=positive, help="processes (default: one per core)")
     parser.add_argument(
-        "--seed", metavar="S", type=int, help="another seed, another realisation (default: 0)"
+        "--seed", metavar="S", type=not_negative, help="another seed, another realisation (default: 0)"
     )
     parser.add_argument("--case", metavar="PATTERN", help="only these cases, such as 'finish=turned,*'")
+    add_trust(parser, "the run directory to resume")
     parser.add_argument(
         "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
     )
@@ -127,6 +128,8 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     begun = load_run(out_dir) if given.resume else None
     suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
     usual = (begun.seed, begun.manifest["only"]) if begun else (0, "*")
+    if begun and not given.suite:
+        _refuse_code(begun, trusted=given.trust)
     seed = usual[0] if given.seed is None else given.seed
     only = given.case or usual[1]
     done = {record.case for record in begun.records} if begun else set()
@@ -137,3 +140,16 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     with shown(suite.name) as progress:
         run_suite(suite, out_dir, workers=workers, seed=seed, only=only, progress=progress)
     learn(default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers)
+
+
+def _refuse_code(run: Run, *, trusted: bool) -> None:
+    """Refuse code that a run directory names: it is data; the workers would import it."""
+    from bench.score.metrics import metric_named
+    from bench.suites.variants import pipeline_of
+    from burrscan.variants import shipped_only
+
+    with shipped_only(str(run.directory.manifest), trusted=trusted):
+        for variant in run.suite.variant:
+            pipeline_of(variant)
+        for metric in run.suite.metrics:
+            metric_named(metric)
