@@ -97,6 +97,11 @@ def _adapter(cls: Any) -> pydantic.TypeAdapter[Any]:
     return pydantic.TypeAdapter(cls)
 
 
+def printable(text: str) -> str:
+    """The text with control characters and halves of characters written as escapes; tabs and lines stay."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
 def _unprintable(value: Any, where: str = "") -> Iterator[str]:
     """Texts and keys with control characters, which no terminal, page or file name should meet."""
     if isinstance(value, str):

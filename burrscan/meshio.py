@@ -16,6 +16,7 @@ from burrscan.arrays import Bools, Floats, Ints32, Levels, freeze
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.inspection import Burr, Inspection, Value
+from burrscan.meshbytes import mesh_bytes
 from burrscan.ply import write_ply
 from burrscan.variants import suggest
 
@@ -80,13 +81,18 @@ def _loaded(path: Path) -> tuple[Floats, Ints32, Floats | None]:
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: '{path.suffix}' is no mesh format known here; known: {', '.join(FORMATS)}")
+    content = mesh_bytes(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            loaded = trimesh.load(path, file_type=path.suffix[1:].lower(), process=False, maintain_order=True)
+            loaded = trimesh.load(
+                content, file_type=path.suffix[1:].lower(), process=False, maintain_order=True
+            )
     except Exception as error:
         raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {error}") from error
     parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
+    if not all(isinstance(part, trimesh.Trimesh | trimesh.PointCloud) for part in parts):
+        raise InputError(f"{path}: holds lines, no surface")
     return *_stacked(parts), _stated_sigma(parts)
 
 

@@ -18,6 +18,7 @@ from bench.score.metrics import failed_metrics, measure
 from bench.suites.case import Case
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
+from burrscan.documents import printable
 from burrscan.pipeline import stage_of
 
 
@@ -57,7 +58,8 @@ def failure(stage: str, error: Exception) -> Failure:
     if reason := of_the_machine(error):
         raise Obstructed(reason) from error
     text = "".join(traceback.format_exception(error))
-    return Failure(stage, f"{type(error).__name__}: {error}", without_roots(text))
+    said = f"{type(error).__name__}: {error}"
+    return Failure(stage, printable(said), printable(without_roots(text)))
 
 
 def without_roots(text: str) -> str:
