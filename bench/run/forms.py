@@ -34,6 +34,19 @@ class GitForm:
 
 
 @dataclass(frozen=True)
+class MachineForm:
+    """What a sitting ran on."""
+
+    __pydantic_config__ = _OPEN
+
+    processor: str
+    cores: int | None
+    system: str
+    release: str
+    architecture: str
+
+
+@dataclass(frozen=True)
 class SessionForm:
     """One sitting of a run."""
 
@@ -45,8 +58,8 @@ class SessionForm:
     renderer: str
     python: str
     versions: Mapping[str, str]
+    machine: MachineForm
     git: GitForm | None = None
-    machine: Mapping[str, str | int | None] = field(default_factory=dict)
     command: tuple[str, ...] | str = ()
 
 
