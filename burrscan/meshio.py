@@ -88,12 +88,14 @@ def _loaded(path: Path) -> tuple[Floats, Ints32, Floats | None]:
             loaded = trimesh.load(
                 content, file_type=path.suffix[1:].lower(), process=False, maintain_order=True
             )
+            parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
+            surfaces = all(isinstance(part, trimesh.Trimesh | trimesh.PointCloud) for part in parts)
+            read = (*_stacked(parts), _stated_sigma(parts)) if surfaces else None
     except Exception as error:
         raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {error}") from error
-    parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
-    if not all(isinstance(part, trimesh.Trimesh | trimesh.PointCloud) for part in parts):
+    if read is None:
         raise InputError(f"{path}: holds lines, no surface")
-    return *_stacked(parts), _stated_sigma(parts)
+    return read
 
 
 def _stated_sigma(parts: list[Any]) -> Floats | None:

@@ -39,7 +39,7 @@ def main() -> int:
         sound.mkdir()
         write_sound(sound)
         endings, peak_mb = _all(numbers, sound, Path(folder))
-    return _told(endings, peak_mb)
+    return _told(endings, given.first, peak_mb)
 
 
 def _child(numbers: range, sound: Path, folder: Path) -> int:
@@ -74,11 +74,11 @@ def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], float
     return endings, peak_mb
 
 
-def _told(endings: list[Ending], peak_mb: float) -> int:
+def _told(endings: list[Ending], first: int, peak_mb: float) -> int:
     for kind, count in Counter(ending.kind for ending in endings).most_common():
         print(f"{count:6d} {kind}")
     print(f"{peak_mb:6.0f} MB at most")
-    bad = [(number, ending) for number, ending in enumerate(endings) if ending.bad]
+    bad = [(number, ending) for number, ending in enumerate(endings, first) if ending.bad]
     for number, ending in bad:
         print(f"trial {number}: {ending.target}: {ending.kind}: {ending.said}")
     return int(bool(bad))
