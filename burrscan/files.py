@@ -21,8 +21,8 @@ _KEPT_OF_NAME = 40
 def written_whole(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; sync it and rename it into place if the block ends well.
 
-    What a symbolic link points to is replaced, not the link. A device, a pipe, a socket or a descriptor such as
-    ``/dev/stdout`` is never replaced: it is written into, after the block.
+    What a symbolic link points to is replaced, not the link. A device, a pipe, a socket or a descriptor such
+    as ``/dev/stdout`` is never replaced: it is written into, after the block.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a mesh file holds, fit to be parsed: whole by its own header's count, its text in an encoding we know."""
+"""What a mesh file holds, fit to be parsed: whole by its header's count, its text in an encoding we know."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ from burrscan.errors import InputError
 _STL_HEAD, _STL_FACET = 84, 50
 _SIZES = {"char": 1, "short": 2, "int": 4, "float": 4, "double": 8}
 _SIZES |= {f"u{name}": size for name, size in _SIZES.items()}
-_SIZES |= {"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4, "float64": 8}
+_SIZES |= {
+    "int8": 1,
+    "uint8": 1,
+    "int16": 2,
+    "uint16": 2,
+    "int32": 4,
+    "uint32": 4,
+    "float32": 4,
+    "float64": 8,
+}
 _END = re.compile(rb"(?m)^end_header\r?\n?")
 
 
@@ -55,7 +64,8 @@ def _stl(data: bytes, path: Path) -> bytes:
         return _ascii(data)
     if len(data) < length or len(data) < _STL_HEAD:
         raise InputError(
-            f"{path}: is cut off: {len(data)} of {length} bytes for {announced} triangles; save or copy it again"
+            f"{path}: is cut off: {len(data)} of {length} bytes for {announced} triangles; "
+            "save or copy it again"
         )
     return data[:length]
 
@@ -76,7 +86,9 @@ def _ply(data: bytes, path: Path) -> bytes:
             announced += count
         elif line[:1] == ["property"] and len(line) > 2 and announced:
             least += count * _SIZES.get(line[2] if line[1] == "list" else line[1], 1)
-    there, needed = (sum(1 for line in body.splitlines() if line.strip()), announced) if text else (len(body), least)
+    there, needed = (
+        (sum(1 for line in body.splitlines() if line.strip()), announced) if text else (len(body), least)
+    )
     if there < needed:
         what = "lines" if text else "bytes"
         raise InputError(

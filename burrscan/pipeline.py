@@ -238,7 +238,7 @@ def inspect_surface(
 def _usable(
     vertices_mm: Floats, faces: Ints32, sigma_mm: Floats | float | None
 ) -> tuple[Floats, Ints32, Floats | None, Ints32]:
-    """Vertices that are numbers and no strays, each place once; the faces between them renumbered; their sigma.
+    """Vertices that are numbers and no strays, each place once; the faces between them; their sigma.
 
     Last which of them stands for each given vertex, -1 where none does.
     """

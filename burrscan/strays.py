@@ -1,4 +1,4 @@
-"""Vertices that are nowhere near the part: a scanner's wild points, a marker such as -99999, a broken file."""
+"""Vertices that are nowhere near the part: a scanner's wild points, a marker such as -99999."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 
 WILD = 100.0
-"""Times the bulk's radius: no part has a percent of its vertices farther out than this, none of a lathe's has."""
+"""Times the bulk's radius: farther out nothing is the part's."""
 FAR = 8.0
 """Times the bulk's radius: farther out, a vertex may be the part's, but has no say in where its middle is."""
 _BULK = 0.9

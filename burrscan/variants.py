@@ -91,7 +91,8 @@ def attribute(path: str, *, what: str) -> Any:
     """
     if source := _SHIPPED_ONLY.get():
         raise InputError(
-            f"{source}: names code, {what} '{path}', which data may not; if you trust whoever made it, say --trust"
+            f"{source}: names code, {what} '{path}', which data may not; "
+            "if you trust whoever made it, say --trust"
         )
     return _imported(path, what=what)
 

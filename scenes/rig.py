@@ -111,8 +111,8 @@ class RigSpec:
             width, height = (round(side * self.scale) for side in (device.width, device.height))
             if min(width, height) < LEAST_SIDE or width * height > MOST_PIXELS:
                 raise ValueError(
-                    f"{name} of {device.width}×{device.height} px at scale {self.scale:g} makes {width}×{height}: "
-                    f"from {LEAST_SIDE} px a side to {MOST_PIXELS} px in all can be traced"
+                    f"{name} of {device.width}×{device.height} px at scale {self.scale:g} makes "
+                    f"{width}×{height}: from {LEAST_SIDE} px a side to {MOST_PIXELS} px in all can be traced"
                 )
 
     def rig(self) -> Rig:

@@ -105,8 +105,8 @@ def _captures(
 
 def _print(found: Any) -> None:
     print("RMS px       camera  projector  corners")
-    for name, rms, corners in zip(found.views, found.rms_px, found.corners, strict=True):
-        print(f"{rms[0]:19.3f}{rms[1]:11.3f}{corners:9d}  {name}")
+    for name, rms, seen in zip(found.views, found.rms_px, found.corners, strict=True):
+        print(f"{rms[0]:19.3f}{rms[1]:11.3f}{seen:9d}  {name}")
     camera, projector = found.sigma_px
     print(f"\ncorners known to {camera:.3f} px and {projector:.3f} px; {found.refused} set aside\n")
     for name, value, sigma in zip(found.names, found.values, found.sigma, strict=True):

@@ -144,7 +144,7 @@ def side_mm(text: str) -> float:
 def corners(text: str) -> tuple[int, int]:
     """The inner corners of a chessboard, such as ``10x7``."""
     columns, rows = raster(text)
-    if not (_FEWEST_CORNERS <= min(columns, rows) and max(columns, rows) <= _MOST_CORNERS):
+    if not (min(columns, rows) >= _FEWEST_CORNERS and max(columns, rows) <= _MOST_CORNERS):
         raise argparse.ArgumentTypeError(
             f"{text} is no chessboard: {_FEWEST_CORNERS} to {_MOST_CORNERS} inner corners along each side"
         )

@@ -38,7 +38,8 @@ examples:
   burrscan detect wheel.stl           axis, generatrix and burrs of a mesh you have
 
 exit codes: 0 done, 1 a gate is broken (compare) or a burr is over the limit (detect --limit), 2 the input or
-the machine cannot be used (the message says why), 3 an error of burrscan's own, 130 interrupted, 143 terminated"""
+the machine cannot be used (the message says why), 3 an error of burrscan's own, 130 interrupted,
+143 terminated"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -99,7 +100,10 @@ def _failed(error: Exception) -> int:
         said, code = "out of memory; a smaller scene, mesh or number of workers needs less", 2
     else:
         first = (str(error).splitlines() or [""])[0]
-        said, code = f"an error of its own: {type(error).__name__}: {first} (-vv shows where; please report it)", 3
+        said, code = (
+            f"an error of its own: {type(error).__name__}: {first} (-vv shows where; please report it)",
+            3,
+        )
     _end_of_output()
     print(f"burrscan: {said}", file=sys.stderr)
     return code

@@ -39,8 +39,8 @@ class Signals:
 def answered() -> Iterator[Signals]:
     """Answer signals in the block: by KeyboardInterrupt or :class:`Terminated`.
 
-    While a module is being imported the program ends at once instead: libraries swallow an exception there, and
-    nothing is half-done. Outside the main thread, where nobody can catch signals, nothing changes.
+    While a module is being imported the program ends at once instead: libraries swallow an exception there,
+    and nothing is half-done. Outside the main thread, where nobody can catch signals, nothing changes.
     """
     seen = Signals()
     if threading.current_thread() is not threading.main_thread():

@@ -10,7 +10,7 @@ _CODES = frozenset(
         errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.EAGAIN,
     }
 )  # fmt: skip
-"""No space, no permission, a failing disk, no memory, no descriptors: nothing that a part or a method does."""
+"""No space, no permission, a failing disk, no memory, no descriptors: nothing that a method does."""
 
 
 def of_the_machine(error: BaseException) -> str:

@@ -92,8 +92,9 @@ def run_suite(
     Raises
     ------
     InputError
-        When ``out_dir`` holds something else, or another process works in it. When the machine failed: its disk
-        is full, its memory, or a worker was killed twice. That is no result; calling it again tries those cases.
+        When ``out_dir`` holds something else, or another process works in it. When the machine failed: its
+        disk or its memory is full, or a worker was killed twice. That is no result; calling it again tries
+        those cases.
 
     """
     cases = chosen(expand(suite, seed=seed), only)

@@ -50,9 +50,7 @@ class RigDocument:
         return Rig(
             camera=View(**vars(self.camera)),
             projector=View(**vars(self.projector)),
-            T_projector_camera=rigid(
-                np.array(self.T_projector_camera), what=f"{source}: T_projector_camera"
-            ),
+            T_projector_camera=rigid(np.array(self.T_projector_camera), what=f"{source}: T_projector_camera"),
         )
 
 

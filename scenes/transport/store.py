@@ -42,9 +42,9 @@ def stored(
 ) -> LightTransport:
     """The transport of content ``key`` from ``folder``, or made and left there.
 
-    Several processes may share a folder: files appear whole, and each names its own key. One that is damaged, or
-    another's, is made again, and a line says so. When the folder grows beyond ``limit_bytes``, what was used longest ago goes. A folder that cannot be written costs time,
-    not the run.
+    Several processes may share a folder: files appear whole, and each names its own key. One that is damaged,
+    or another's, is made again, and a line says so. When the folder grows beyond ``limit_bytes``, what was
+    used longest ago goes. A folder that cannot be written costs time, not the run.
     """
     if folder is None:
         return make()
@@ -53,7 +53,7 @@ def stored(
         transport = _read(path, key)
     except Exception as error:  # noqa: BLE001 (a damaged archive raises a dozen kinds)
         if not isinstance(error, FileNotFoundError):
-            _LOG.warning("note: %s cannot be used, its light is traced again: %s", path, error or type(error))
+            _LOG.warning("note: %s cannot be used, its light is traced again: %s", path, repr(error))
         transport = make()
         with suppress(OSError):
             _write(path, key, transport)

@@ -163,7 +163,7 @@ def test_a_case_that_kills_its_workers_has_no_record_and_is_tried_again(
     fakes: ModuleType, tmp_path: Path
 ) -> None:
     suite, out = small_suite(sweep={"burr.height_mm": [1.0]}), tmp_path / "r"
-    with pytest.raises(InputError, match="SIGKILL.*--resume"):
+    with pytest.raises(InputError, match=r"SIGKILL.*--resume"):
         run_suite(suite, out, workers=1, examine_case=fakes.dies_on_seed_one)
     assert load_run(out).missing == 2
     assert not any(record.failure for record in load_run(out).records)
@@ -175,7 +175,7 @@ def test_a_full_disk_is_no_result_and_the_run_goes_on_when_there_is_space(
     fakes: ModuleType, whole: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "r"
-    with pytest.raises(InputError, match="No space left on device.*--resume"):
+    with pytest.raises(InputError, match=r"No space left on device.*--resume"):
         run_suite(small_suite(), out, workers=1, examine_case=fakes.full_disk_on_seed_one)
     stopped = load_run(out)
     assert stopped.missing > 0

@@ -53,7 +53,7 @@ def test_one_vertex_anywhere_does_nothing(far: float) -> None:
 
 
 def collinear() -> Floats:
-    return np.linspace(0.0, 9.0, 90)[:, None] * np.array([1.0, 2.0, 3.0])
+    return np.outer(np.linspace(0.0, 9.0, 90), np.array([1.0, 2.0, 3.0]))
 
 
 @pytest.mark.parametrize(

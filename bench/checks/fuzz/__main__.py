@@ -1,7 +1,7 @@
 """``python -m bench.checks.fuzz``: many trials, each in a process that may die of it, and the counts.
 
-Trials run in a child; when a signal ends it that is an abort, and another child goes on with the next trial. It writes
-below a folder of its own, which it removes. 5,000 trials take about half an hour on two cores.
+Trials run in a child; when a signal ends it that is an abort, and another child goes on with the next trial.
+It writes below a folder of its own, which it removes.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ import random
 from typing import Any
 
 ODD: tuple[Any, ...] = (
-    None, True, -1, 0, 1e-300, 1e300, 10**400, -99999, float("nan"), float("inf"), "", "x" * 5000, "\x00\x1b[31m",
-    "helper:go", "../../x", "café", [], {}, [[]], "nan", 2**31, 2**63,
+    None, True, -1, 0, 1e-300, 1e300, 10**400, -99999, float("nan"), float("inf"), "", "x" * 5000,
+    "\x00\x1b[31m", "helper:go", "../../x", "café", [], {}, [[]], "nan", 2**31, 2**63,
 )  # fmt: skip
 """What no field expects, or expects last."""
 
@@ -60,7 +60,23 @@ def damaged_toml(data: bytes, draw: random.Random) -> bytes:
     numbers = [number for number, line in enumerate(lines) if "=" in line]
     number = draw.choice(numbers)
     key = lines[number].partition("=")[0]
-    odd = draw.choice(("nan", "inf", "-1", "0", "1e-9", "1e300", '""', '"helper:go"', "[]", "{}", "16384", '"\\u0000"', "true"))
+    odd = draw.choice(
+        (
+            "nan",
+            "inf",
+            "-1",
+            "0",
+            "1e-9",
+            "1e300",
+            '""',
+            '"helper:go"',
+            "[]",
+            "{}",
+            "16384",
+            '"\\u0000"',
+            "true",
+        )
+    )
     lines[number : number + 1] = [] if draw.random() < 0.2 else [f"{key}= {odd}"]
     return "\n".join(lines).encode()
 

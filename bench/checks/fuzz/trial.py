@@ -85,7 +85,12 @@ TARGETS = (
     Target("run/records.jsonl", ("report", "run"), _page),
     Target("run/records.jsonl", ("leaderboard", "run"), _printed),
     Target("run/run.json", ("accept", "run", "--baselines", "baselines"), _printed, _JSON),
-    Target("poses.json", ("merge", "mesh.ply", "ascii.ply", "--poses", "poses.json", "--out", "out.ply"), _merged, _JSON),
+    Target(
+        "poses.json",
+        ("merge", "mesh.ply", "ascii.ply", "--poses", "poses.json", "--out", "out.ply"),
+        _merged,
+        _JSON,
+    ),
     *(
         Target(name, ("detect", name, *_DETECT), _inspected)
         for name in ("mesh.ply", "mesh.stl", "mesh.obj", "ascii.stl", "ascii.ply")
@@ -110,7 +115,9 @@ def trial(number: int, *, sound: Path, work: Path) -> Ending:
     shutil.copytree(sound, work)
     here = Path.cwd()
     try:
-        file = draw.choice(sorted(work.glob(target.file)) or sorted(work.glob(f"capture/**/{Path(target.file).name}")))
+        file = draw.choice(
+            sorted(work.glob(target.file)) or sorted(work.glob(f"capture/**/{Path(target.file).name}"))
+        )
         damaged = draw.choice(target.damage)(file.read_bytes(), draw)
         file.write_bytes(damaged)
         os.chdir(work)
