@@ -30,9 +30,8 @@ def canonical(document: Any) -> str:
 def _not_finite(node: Any, where: str = "") -> Iterator[str]:
     if isinstance(node, float) and not math.isfinite(node):
         yield where
-    items = node.items() if isinstance(node, Mapping) else ()
-    items = enumerate(node) if isinstance(node, list | tuple) else items
-    for key, value in items:
+    inner = list(node.items()) if isinstance(node, Mapping) else []
+    for key, value in list(enumerate(node)) if isinstance(node, list | tuple) else inner:
         yield from _not_finite(value, f"{where}.{key}".lstrip("."))
 
 

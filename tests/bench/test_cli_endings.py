@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.checks.fuzz.sound import write_sound
 from bench.cli import main, program
 from bench.run.directory import load_run, unfinished
 from tests.bench.compare_runs import written_run
@@ -111,6 +112,24 @@ def test_a_foreign_runs_code_is_not_imported(
         if words[0] != "history":
             assert main([*words, str(run.path)]) == 2
             assert "--trust" in capsys.readouterr().err
+    assert not (tmp_path / "ran").exists()
+
+
+def test_a_captures_code_is_not_imported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "capture_code.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w').close()\n")
+    write_sound(tmp_path)
+    document = tmp_path / "capture" / "capture.json"
+    table = json.loads(document.read_text())
+    for scan in (
+        {"method": "capture_code:go"},
+        {"method": "fixed", "parameters": {"code": "capture_code:go"}},
+    ):
+        document.write_text(json.dumps({**table, "scan": scan}))
+        assert main(["scan", str(tmp_path / "capture")]) == 2
+        assert "--trust" in capsys.readouterr().err
     assert not (tmp_path / "ran").exists()
 
 
