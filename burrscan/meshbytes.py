@@ -73,7 +73,7 @@ def _stl(data: bytes, path: Path) -> bytes:
 def _ply(data: bytes, path: Path) -> bytes:
     end = _END.search(data)
     if not data.startswith(b"ply") or end is None:
-        raise InputError(f"{path}: no PLY, or its header is cut off")
+        raise InputError(f"{path}: cannot be read as PLY: no header, or one that is cut off")
     header, body = _ascii(data[: end.end()]), data[end.end() :]
     words = [line.split() for line in header.decode("ascii", "replace").splitlines()]
     text = ["format", "ascii"] in [line[:2] for line in words]
