@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 import json
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +17,9 @@ from burrscan.errors import InputError
 from burrscan.variants import suggest
 
 T = TypeVar("T")
+
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
+"""All but tab and line feed, and halves of characters, which no encoding can write."""
 
 STRICT = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
 """For ``__pydantic_config__`` of dataclasses that documents are read into."""
@@ -28,8 +32,10 @@ def read_toml(path: Path) -> dict[str, Any]:
             return tomllib.load(file)
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise InputError(f"{path}: {error}") from error
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not TOML: {error}") from error
 
 
 def read_json(path: Path) -> Any:
@@ -38,8 +44,10 @@ def read_json(path: Path) -> Any:
         return json.loads(path.read_text("utf-8"))
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error
-    except (json.JSONDecodeError, UnicodeDecodeError, OSError) as error:
-        raise InputError(f"{path}: {error}") from error
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not JSON: {error}") from error
 
 
 def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
@@ -60,6 +68,7 @@ def build(cls: type[T], document: Mapping[str, Any], *, source: str) -> T:
         With one line per error: the dotted path, what is wrong, and a suggestion for an unknown key.
 
     """
+    refuse(list(_unprintable(document)), source)
     try:
         adapter: pydantic.TypeAdapter[T] = _adapter(cls)  # type: ignore[arg-type]  # mypy: a class is no Hashable
         return adapter.validate_python(document)
@@ -86,6 +95,25 @@ def problems_of(error: InputError) -> list[str]:
 def _adapter(cls: Any) -> pydantic.TypeAdapter[Any]:
     """Made once per class: making one takes much longer than using it."""
     return pydantic.TypeAdapter(cls)
+
+
+def printable(text: str) -> str:
+    """The text with control characters and halves of characters written as escapes; tabs and lines stay."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def _unprintable(value: Any, where: str = "") -> Iterator[str]:
+    """Texts and keys with control characters, which no terminal, page or file name should meet."""
+    if isinstance(value, str):
+        if wrong := _CONTROL.search(value):
+            yield f"{where}: holds the control character U+{ord(wrong[0]):04X}; take it out"
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _unprintable(str(key), where or "a key")
+            yield from _unprintable(item, f"{where}.{key}".lstrip("."))
+    elif isinstance(value, list | tuple):
+        for number, item in enumerate(value):
+            yield from _unprintable(item, f"{where}.{number}".lstrip("."))
 
 
 def _line(cls: type[Any], error: Any) -> str:

@@ -16,6 +16,7 @@ from burrscan.arrays import Bools, Floats, Ints32, Levels, freeze
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.inspection import Burr, Inspection, Value
+from burrscan.meshbytes import mesh_bytes
 from burrscan.ply import write_ply
 from burrscan.variants import suggest
 
@@ -80,14 +81,21 @@ def _loaded(path: Path) -> tuple[Floats, Ints32, Floats | None]:
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: '{path.suffix}' is no mesh format known here; known: {', '.join(FORMATS)}")
+    content = mesh_bytes(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            loaded = trimesh.load(path, file_type=path.suffix[1:].lower(), process=False, maintain_order=True)
+            loaded = trimesh.load(
+                content, file_type=path.suffix[1:].lower(), process=False, maintain_order=True
+            )
+            parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
+            surfaces = all(isinstance(part, trimesh.Trimesh | trimesh.PointCloud) for part in parts)
+            read = (*_stacked(parts), _stated_sigma(parts)) if surfaces else None
     except Exception as error:
         raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {error}") from error
-    parts = list(loaded.geometry.values()) if isinstance(loaded, trimesh.Scene) else [loaded]
-    return *_stacked(parts), _stated_sigma(parts)
+    if read is None:
+        raise InputError(f"{path}: holds lines, no surface")
+    return read
 
 
 def _stated_sigma(parts: list[Any]) -> Floats | None:

@@ -14,7 +14,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.checks import axis_checks
-from burrscan.axis.face import FEWEST, checked_mesh
+from burrscan.axis.face import FEWEST, checked_mesh, refuse_flat
 from burrscan.axis.sense import in_sense
 from burrscan.burrs.agreement import agreed
 from burrscan.correspondence import Scan
@@ -24,6 +24,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
+from burrscan.strays import WILD, beyond
 from burrscan.surface import Surface
 from burrscan.variants import check_call, check_parameters, resolve
 from burrscan.welding import welded
@@ -237,12 +238,13 @@ def inspect_surface(
 def _usable(
     vertices_mm: Floats, faces: Ints32, sigma_mm: Floats | float | None
 ) -> tuple[Floats, Ints32, Floats | None, Ints32]:
-    """Vertices that are numbers, each place once; the faces between them renumbered; their sigma.
+    """Vertices that are numbers and no strays, each place once; the faces between them; their sigma.
 
     Last which of them stands for each given vertex, -1 where none does.
     """
     vertices, triangles = checked_mesh(vertices_mm, faces)
     known: Bools = np.isfinite(vertices[:, 0] + vertices[:, 1] + vertices[:, 2])
+    known[known] = ~beyond(vertices[known], times=WILD)
     sigma = _per_vertex(sigma_mm, len(vertices))
     if sigma is not None:
         known &= np.isfinite(sigma) & (sigma > 0.0)
@@ -256,6 +258,7 @@ def _usable(
             f"only {len(vertices)} usable vertices: an inspection needs at least {FEWEST}; "
             "is the scan empty, or the wrong part of it selected?"
         )
+    refuse_flat(vertices)
     return vertices, triangles, sigma, np.where(known, place[number], np.int32(-1))
 
 

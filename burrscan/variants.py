@@ -5,10 +5,14 @@ from __future__ import annotations
 import difflib
 import importlib
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 from burrscan.errors import InputError
+
+_SHIPPED_ONLY: ContextVar[str] = ContextVar("shipped_only", default="")
 
 MOST_KNOWN = 30
 """More words than these are no help in a message."""
@@ -21,6 +25,25 @@ def suggest(word: str, known: list[str]) -> str:
         return f"did you mean '{near[0]}'?"
     more = f" and {len(known) - MOST_KNOWN} more" if len(known) > MOST_KNOWN else ""
     return f"known: {', '.join(sorted(known)[:MOST_KNOWN])}{more}"
+
+
+@contextmanager
+def shipped_only(source: str, *, trusted: bool = False) -> Iterator[None]:
+    """Refuse, in the block, to import anyone's code by its name: data may name what is shipped, no more.
+
+    Parameters
+    ----------
+    source
+        The data that names it, for the message.
+    trusted
+        The user has said that this data may; then nothing is refused.
+
+    """
+    token = _SHIPPED_ONLY.set("" if trusted else source)
+    try:
+        yield
+    finally:
+        _SHIPPED_ONLY.reset(token)
 
 
 def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..., Any]:
@@ -38,13 +61,13 @@ def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..
     Raises
     ------
     InputError
-        When there is no such name, module or function.
+        When there is no such name, module or function, or in :func:`shipped_only` none of that name.
 
     """
     path = methods.get(name, name)
     if ":" not in path:
         raise InputError(f"unknown {stage} '{name}': {suggest(name, list(methods))} (or 'module:function')")
-    function = attribute(path, what=stage)
+    function = _imported(path, what=stage) if name in methods else attribute(path, what=stage)
     if not callable(function):
         raise InputError(f"{stage} '{name}': this is no function but {type(function).__name__}")
     return function  # type: ignore[no-any-return]
@@ -63,9 +86,18 @@ def attribute(path: str, *, what: str) -> Any:
     Raises
     ------
     InputError
-        When there is no such module or attribute.
+        When there is no such module or attribute; in :func:`shipped_only` always.
 
     """
+    if source := _SHIPPED_ONLY.get():
+        raise InputError(
+            f"{source}: names code, {what} '{path}', which data may not; "
+            "if you trust whoever made it, say --trust"
+        )
+    return _imported(path, what=what)
+
+
+def _imported(path: str, *, what: str) -> Any:
     module_name, _, name = path.partition(":")
     try:
         module = importlib.import_module(module_name)
@@ -73,6 +105,8 @@ def attribute(path: str, *, what: str) -> Any:
         raise InputError(
             f"{what} '{path}': {error}; is the package installed, and is the name right?"
         ) from error
+    except (ImportError, ValueError) as error:  # a module that breaks, or no name of one
+        raise InputError(f"{what} '{path}': cannot be imported: {error}") from error
     if not hasattr(module, name):
         public = [key for key in vars(module) if not key.startswith("_")]
         raise InputError(f"{what} '{path}': no '{name}' in {module_name}; {suggest(name, public)}")

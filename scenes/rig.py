@@ -16,6 +16,8 @@ Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Pixels = Annotated[int, Field(ge=8, le=16384)]
 Vector = tuple[float, float, float]
+LEAST_SIDE, MOST_PIXELS = 4, 1 << 25
+"""Of a raster once scaled: fewer hold no picture; more (33 million) take more than 4 GB to trace."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,15 @@ class RigSpec:
     projector_roll_deg: float = 0.0
     projector_target_mm: Vector | None = None
     scale: Annotated[float, Field(gt=0.0, le=8.0)] = 1.0
+
+    def __post_init__(self) -> None:
+        for name, device in (("camera", self.camera), ("projector", self.projector)):
+            width, height = (round(side * self.scale) for side in (device.width, device.height))
+            if min(width, height) < LEAST_SIDE or width * height > MOST_PIXELS:
+                raise ValueError(
+                    f"{name} of {device.width}×{device.height} px at scale {self.scale:g} makes "
+                    f"{width}×{height}: from {LEAST_SIDE} px a side to {MOST_PIXELS} px in all can be traced"
+                )
 
     def rig(self) -> Rig:
         """The calibrated rig."""

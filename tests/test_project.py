@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from bench.cli import COMMANDS
+from bench.cli.program import COMMANDS
 from scenes.wheel import TrueBurr, build_wheel, load_wheel
 
 ROOT = Path(__file__).parents[1]

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.run.directory import Run, RunDirectory, load_run, write_manifest
-from bench.run.records import Record
+from bench.run.records import Record, append
+from burrscan.documents import printable
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from scenes.capture_folder import written_folder
 
 BASELINES = Path("reports/baselines")
 """Where accepted runs are kept, below the current directory."""
@@ -47,8 +48,6 @@ def accept(run: Run, *, baselines: Path = BASELINES, note: str = "") -> Path:
     _refuse_unfit(run)
     folder = baselines / run.suite.name
     target = RunDirectory(folder / f"{_next_number(folder):04d}-{_commit(run.manifest)}")
-    with written_whole(target.records) as beside:
-        beside.write_text("".join(_slim(record).line() for record in run.records), "utf-8")
     sessions = [
         {key: value for key, value in sitting.items() if key != "command"}
         for sitting in run.manifest["sessions"]
@@ -56,9 +55,13 @@ def accept(run: Run, *, baselines: Path = BASELINES, note: str = "") -> Path:
     accepted_at = {
         "at": datetime.now(UTC).isoformat(timespec="seconds"),
         "run": run.directory.path.name,
-        "note": note,
+        "note": printable(note),
     }
-    write_manifest(target, {**run.manifest, "sessions": sessions, "accepted": accepted_at})
+    manifest = {**run.manifest, "sessions": sessions, "accepted": accepted_at}
+    with written_folder(target.path) as beside:
+        slim = RunDirectory(beside)
+        write_manifest(slim, manifest)
+        append(slim.records, map(_slim, run.records))
     return target.path
 
 

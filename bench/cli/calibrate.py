@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json, command, raster
+from bench.cli.grammar import Commands, add_json, command, corners, raster, side_mm
 from bench.cli.output import note, told, write_json
 
 _DETAILS = """\
@@ -40,8 +40,8 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "folders", metavar="FOLDER", type=Path, nargs="+", help="captures of a board, or ramps"
     )
-    parser.add_argument("--board", metavar="CxR", type=raster, help="inner corners, as 10x7")
-    parser.add_argument("--square", metavar="MM", type=float, help="side of a square")
+    parser.add_argument("--board", metavar="CxR", type=corners, help="inner corners, as 10x7")
+    parser.add_argument("--square", metavar="MM", type=side_mm, help="side of a square")
     parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
     parser.add_argument(
         "--out", metavar="FILE", type=Path, required=True, help="the rig.json or sheets.json to write"
@@ -70,8 +70,6 @@ def _geometry(given: argparse.Namespace) -> int:
         raise InputError(
             "captures of a board need its inner corners and its squares: --board 10x7 --square 20"
         )
-    if not given.square > 0.0:
-        raise InputError(f"--square {given.square:g}: the side of a square is above zero")
     board = Board(given.board[0], given.board[1], given.square)
     captures, camera, projector = _captures(given.folders, given.gray)
     found, left_out = calibrate_captures(
@@ -107,8 +105,8 @@ def _captures(
 
 def _print(found: Any) -> None:
     print("RMS px       camera  projector  corners")
-    for name, rms, corners in zip(found.views, found.rms_px, found.corners, strict=True):
-        print(f"{rms[0]:19.3f}{rms[1]:11.3f}{corners:9d}  {name}")
+    for name, rms, seen in zip(found.views, found.rms_px, found.corners, strict=True):
+        print(f"{rms[0]:19.3f}{rms[1]:11.3f}{seen:9d}  {name}")
     camera, projector = found.sigma_px
     print(f"\ncorners known to {camera:.3f} px and {projector:.3f} px; {found.refused} set aside\n")
     for name, value, sigma in zip(found.names, found.values, found.sigma, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_trust, command
 
 _DETAILS = """\
 Cases are paired: both arms saw the same scene and the same light. Every row answers two questions.
@@ -57,6 +57,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("--strict", action="store_true", help="exit 1 when a gate is inconclusive, too")
     parser.add_argument("--only", choices=("worse", "better"), help="print only rows and cases that went so")
+    add_trust(parser, "a run")
     for name, what in _WRITES.items():
         parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {what}")
 
@@ -73,6 +74,13 @@ _WRITES = {
 
 def main(given: argparse.Namespace) -> int:
     """Compare, print, write; the exit code is the verdict."""
+    from burrscan.variants import shipped_only
+
+    with shipped_only(" ".join(map(str, (given.base, *given.new))), trusted=given.trust):
+        return _compare(given)
+
+
+def _compare(given: argparse.Namespace) -> int:
     from bench.baselines import newest
     from bench.compare import compare_runs
     from bench.run.directory import load_run

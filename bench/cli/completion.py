@@ -42,7 +42,7 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Print the script."""
-    from bench.cli import parser
+    from bench.cli.program import parser
 
     top = parser()
     print({"bash": bash, "zsh": zsh, "fish": fish}[given.shell](top), end="")

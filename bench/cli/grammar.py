@@ -14,6 +14,8 @@ from typing import Any, NoReturn
 Commands = Any
 """What ``add_subparsers`` returns; argparse keeps its type private."""
 
+_FEWEST_CORNERS, _MOST_CORNERS = 3, 200
+
 
 class Parser(argparse.ArgumentParser):
     """A parser that says what a mistyped command or option may have been."""
@@ -93,6 +95,13 @@ def add_verbosity(parser: argparse.ArgumentParser, *, default: int | str) -> Non
     )
 
 
+def add_trust(parser: argparse.ArgumentParser, data: str) -> None:
+    """``--trust``, for commands that read data which may name code."""
+    parser.add_argument(
+        "--trust", action="store_true", help=f"import the code that {data} names; else that is refused"
+    )
+
+
 def add_json(parser: argparse.ArgumentParser, what: str) -> None:
     """``--json FILE``, for commands that print for people besides."""
     parser.add_argument(
@@ -114,6 +123,32 @@ def positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text} is not above zero")
     return number
+
+
+def not_negative(text: str) -> int:
+    """A whole number, zero or more."""
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{text} is below zero")
+    return number
+
+
+def side_mm(text: str) -> float:
+    """A finite length above zero."""
+    length = length_mm(text)
+    if length == 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is no length above zero")
+    return length
+
+
+def corners(text: str) -> tuple[int, int]:
+    """The inner corners of a chessboard, such as ``10x7``."""
+    columns, rows = raster(text)
+    if not (min(columns, rows) >= _FEWEST_CORNERS and max(columns, rows) <= _MOST_CORNERS):
+        raise argparse.ArgumentTypeError(
+            f"{text} is no chessboard: {_FEWEST_CORNERS} to {_MOST_CORNERS} inner corners along each side"
+        )
+    return columns, rows
 
 
 def length_mm(text: str) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_trust, command
 
 if TYPE_CHECKING:
     from bench.baselines import Point
@@ -39,10 +39,18 @@ def add(commands: Commands) -> None:
         type=Path,
         help="folder of accepted runs (default: reports/baselines)",
     )
+    add_trust(parser, "a run")
 
 
 def main(given: argparse.Namespace) -> int:
     """Print one line per accepted run, and the course of each variant."""
+    from burrscan.variants import shipped_only
+
+    with shipped_only(str(given.baselines or "reports/baselines"), trusted=given.trust):
+        return _history(given)
+
+
+def _history(given: argparse.Namespace) -> int:
     from bench.baselines import BASELINES, history
     from bench.cli.tables import plain_table, print_table
     from bench.compare.text import number

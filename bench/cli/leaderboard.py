@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_trust, command
 
 _START, _END = "<!-- leaderboard -->", "<!-- end of the leaderboard -->"
 
@@ -29,14 +29,17 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("run", metavar="RUN", type=Path, help="a run directory")
     parser.add_argument("--into", metavar="FILE", type=Path, help="a Markdown file with the two lines")
+    add_trust(parser, "RUN")
 
 
 def main(given: argparse.Namespace) -> int:
     """Print the table, or put it into a file."""
     from bench.run.directory import load_run
     from bench.score.leaderboard import leaderboard
+    from burrscan.variants import shipped_only
 
-    table = leaderboard(load_run(given.run))
+    with shipped_only(str(given.run), trusted=given.trust):
+        table = leaderboard(load_run(given.run))
     if given.into:
         _put(given.into, table)
     else:

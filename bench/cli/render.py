@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command, positive, raster
+from bench.cli.grammar import Commands, command, corners, not_negative, positive, side_mm
 
 _DETAILS = """\
 Pattern and camera images (PNG), rig (JSON), scene, and the truth in a file of its own.
@@ -35,16 +35,16 @@ def add(commands: Commands) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a scene's name, or the path of a TOML file")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="the folder to write")
     parser.add_argument("--scan", metavar="METHOD", help="strategy (default: adaptive, or colour)")
-    parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the noise (default: 0)")
+    parser.add_argument("--seed", metavar="S", type=not_negative, default=0, help="of the noise (default: 0)")
     parser.add_argument("--sheets", metavar="FILE", type=Path, help="what the scanner is told of its devices")
     instead = parser.add_mutually_exclusive_group()
     instead.add_argument("--ramps", action="store_true", help="ramps for the photometric calibration")
     instead.add_argument("--boards", metavar="N", type=positive, help="N captures of a calibration board")
     parser.add_argument(
-        "--board", metavar="CxR", type=raster, default=(10, 7), help="its inner corners (default: 10x7)"
+        "--board", metavar="CxR", type=corners, default=(10, 7), help="its inner corners (default: 10x7)"
     )
     parser.add_argument(
-        "--square", metavar="MM", type=float, default=20.0, help="side of its squares (default: 20)"
+        "--square", metavar="MM", type=side_mm, default=20.0, help="side of its squares (default: 20)"
     )
     parser.add_argument(
         "--code", metavar="CODE", default="gray_phase", help="for boards (default: gray_phase)"

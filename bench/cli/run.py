@@ -9,7 +9,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.grammar import Commands, command, positive
+from bench.cli.grammar import Commands, add_trust, command, not_negative, positive
+from bench.cli.signals import Terminated
 
 if TYPE_CHECKING:
     from bench.run import Run
@@ -23,7 +24,7 @@ that a run can be stopped at any moment, and the same command with --resume fini
 records that an undisturbed run would have made.
 
 exit codes: 0 every variant has a result, 2 a variant failed in every case, or bad input,
-130 interrupted"""
+130 interrupted, 143 terminated"""
 
 _EXAMPLES = """\
   burrscan run quick
@@ -48,9 +49,10 @@ def add(commands: Commands) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, help=f"run directory (default: {RUNS}/SUITE-TIME)")
     parser.add_argument("--workers", metavar="N", type=positive, help="processes (default: one per core)")
     parser.add_argument(
-        "--seed", metavar="S", type=int, help="another seed, another realisation (default: 0)"
+        "--seed", metavar="S", type=not_negative, help="another seed, another realisation (default: 0)"
     )
     parser.add_argument("--case", metavar="PATTERN", help="only these cases, such as 'finish=turned,*'")
+    add_trust(parser, "the run directory to resume")
     parser.add_argument(
         "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
     )
@@ -66,10 +68,12 @@ def main(given: argparse.Namespace) -> int:
     out_dir = _where(given)
     try:
         _run(given, out_dir)
-    except KeyboardInterrupt:
-        print(f"\nburrscan: interrupted; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as stop:
+        ended, code = ("terminated", 143) if isinstance(stop, Terminated) else ("interrupted", 130)
+        print(f"\nburrscan: {ended}; to finish: burrscan run --resume --out {out_dir}", file=sys.stderr)
+        return code
     run = load_run(out_dir)
+    page = build_report(out_dir)  # before anything is printed: the reader may leave, as `| head` does
     print_table(terminal_table(run))
     print(caption())
     if goals := goals_table(run):
@@ -78,7 +82,7 @@ def main(given: argparse.Namespace) -> int:
         print_table(budget)
     print_table(times_table(run))
     say_failures(run)
-    print(f"report: {build_report(out_dir)}")
+    print(f"report: {page}")
     if hopeless := hopeless_variants(run):
         print(f"burrscan: no case has a result: {', '.join(hopeless)}", file=sys.stderr)
     return 2 if hopeless else 0
@@ -124,6 +128,8 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     begun = load_run(out_dir) if given.resume else None
     suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
     usual = (begun.seed, begun.manifest["only"]) if begun else (0, "*")
+    if begun and not given.suite:
+        _refuse_code(begun, trusted=given.trust)
     seed = usual[0] if given.seed is None else given.seed
     only = given.case or usual[1]
     done = {record.case for record in begun.records} if begun else set()
@@ -134,3 +140,16 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     with shown(suite.name) as progress:
         run_suite(suite, out_dir, workers=workers, seed=seed, only=only, progress=progress)
     learn(default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers)
+
+
+def _refuse_code(run: Run, *, trusted: bool) -> None:
+    """Refuse code that a run directory names: it is data; the workers would import it."""
+    from bench.score.metrics import metric_named
+    from bench.suites.variants import pipeline_of
+    from burrscan.variants import shipped_only
+
+    with shipped_only(str(run.directory.manifest), trusted=trusted):
+        for variant in run.suite.variant:
+            pipeline_of(variant)
+        for metric in run.suite.metrics:
+            metric_named(metric)

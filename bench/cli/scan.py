@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json, command, raster
+from bench.cli.grammar import Commands, add_json, add_trust, command, raster
 from bench.cli.output import told, write_json
 
 _DETAILS = """\
@@ -37,6 +37,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
     parser.add_argument("--sheets", metavar="FILE", type=Path, help="measured sheets.json of both devices")
     parser.add_argument("--rig", metavar="FILE", type=Path, help="rig.json, or OpenCV's XML or YAML")
+    add_trust(parser, "capture.json")
 
 
 def main(given: argparse.Namespace) -> int:
@@ -45,6 +46,7 @@ def main(given: argparse.Namespace) -> int:
 
     plain = given.gray is not None or is_gray_folder(given.folder)
     summary, surface = _gray(given) if plain else _capture(given)
+    _refuse_empty(given.folder, summary)
     with told(given.json):
         for name, value in summary.items():
             print(f"{name:<18}{_text(value)}")
@@ -55,6 +57,18 @@ def main(given: argparse.Namespace) -> int:
     return 0
 
 
+def _refuse_empty(folder: Path, summary: dict[str, Any]) -> None:
+    from burrscan.errors import InputError
+
+    if not summary["accepted"]:
+        raise InputError(f"{folder}: no pixel decodes; do patterns and pictures belong together?")
+    if summary.get("points", 1) == 0:
+        raise InputError(
+            f"{folder}: {summary['accepted']} pixels decode, but none of them is a point of a surface: "
+            "does the rig belong to this capture?"
+        )
+
+
 def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     from burrscan.captures.folder import read_rig
     from burrscan.captures.replay import replay
@@ -62,7 +76,7 @@ def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     from burrscan.meshing import surface as surface_of
 
     sheets = read_sheets(given.sheets) if given.sheets else None
-    scan, scanner = replay(given.folder, method=given.scan, sheets=sheets)
+    scan, scanner = replay(given.folder, method=given.scan, sheets=sheets, trusted=given.trust)
     rig = read_rig(given.rig) if given.rig else scanner.rig
     surface = surface_of(scan.correspondence, rig)
     summary = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from bench.cli.grammar import Commands, add_json_instead, command, positive
+from bench.cli.grammar import Commands, add_json_instead, add_trust, command, positive
 from bench.cli.output import write_json
 
 
@@ -22,10 +22,18 @@ def add(commands: Commands) -> None:
         "--workers", metavar="N", type=positive, help="for the estimate (default: one per core)"
     )
     add_json_instead(parser, "the suite resolved,")
+    add_trust(parser, "SUITE, and check how it is called")
 
 
 def main(given: argparse.Namespace) -> int:
-    """Print the suite."""
+    """Print the suite. Code that it names is not imported unless the user says so."""
+    from burrscan.variants import shipped_only
+
+    with shipped_only(given.suite, trusted=given.trust):
+        return _show(given)
+
+
+def _show(given: argparse.Namespace) -> int:
     from bench.run.costs import estimate, known_costs
     from bench.suites.cases import expand
     from bench.suites.catalogue import load_suite
@@ -33,7 +41,7 @@ def main(given: argparse.Namespace) -> int:
     from scenes.renderer import usable_cores
     from scenes.transport.store import default_folder
 
-    suite = load_suite(given.suite)
+    suite = load_suite(given.suite, code=given.trust)
     if given.json:
         write_json(given.json, suite.document())
         return 0

@@ -169,7 +169,7 @@ def _false_calls(records: Sequence[Record]) -> tuple[float, tuple[float, float],
     scenes: dict[str, list[float]] = {}
     for record in records:
         if record.failure is None:
-            scenes.setdefault(record.scene_hash, []).append(record.metrics["false_calls"])
+            scenes.setdefault(record.scene_hash, []).append(record.metrics.get("false_calls", np.nan))
     test = mean_test(np.array([np.mean(calls) for calls in scenes.values()]))
     low, high = test.interval(ALPHA)
     return test.value, (max(low, 0.0), high), sum(map(len, scenes.values()))

@@ -31,6 +31,7 @@ from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Run, load_run
 from bench.score.metrics import metric_named
+from burrscan.documents import printable
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 
@@ -85,6 +86,7 @@ def _template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("bench.report"),
         autoescape=True,
+        finalize=_shown,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -93,9 +95,14 @@ def _template() -> jinja2.Template:
     return environment.get_template("report.html.jinja")
 
 
+def _shown(value: Any) -> Any:
+    """What a page shows of a value: no control characters, which no HTML may hold."""
+    return printable(value) if type(value) is str else value
+
+
 def _packed(words: str) -> str:
     """What the page unpacks when it is asked for (``page.js``)."""
-    return base64.b64encode(zlib.compress(words.encode(), 9)).decode("ascii")
+    return base64.b64encode(zlib.compress(words.encode("utf-8", "backslashreplace"), 9)).decode("ascii")
 
 
 def _run_content(run: Run) -> dict[str, Any]:

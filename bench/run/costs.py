@@ -12,7 +12,7 @@ from bench.axis.spec import mesh_from
 from bench.suites.case import Case
 from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, Variant
-from bench.suites.variants import pipeline_of
+from bench.suites.variants import stages_of
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
 from scenes.scene import scene_from
@@ -115,14 +115,14 @@ def known_costs(folder: Path | None) -> Costs:
 
 
 def pipeline_key(variant: Variant) -> str:
-    """A pipeline by its content: two variants that do the same cost the same."""
-    return "pipeline " + content_hash(asdict(pipeline_of(variant)))[:12]
+    """A pipeline by its content: two variants that do the same cost the same. Nothing is imported."""
+    return "pipeline " + content_hash(asdict(stages_of(variant)))[:12]
 
 
 def _seconds(variant: Variant, costs: Costs) -> float:
     """Seconds per megapixel of a variant: measured, else those of its way to scan, else any's."""
     known = costs.seconds
-    return known.get(pipeline_key(variant), known.get(pipeline_of(variant).scan.method, known["any"]))
+    return known.get(pipeline_key(variant), known.get(stages_of(variant).scan.method, known["any"]))
 
 
 def megapixels(suite: Suite, case: Case) -> float:

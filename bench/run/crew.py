@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, TypeVar
@@ -33,6 +33,10 @@ class Died:
     """The outcome of a task whose worker died every time it was tried."""
 
     reason: str
+
+
+class Obstructed(Exception):  # noqa: N818 (the machine's error, not the task's)
+    """A worker's function raises it when the machine is the reason: the crew stops, and raises it."""
 
 
 @dataclass
@@ -74,15 +78,23 @@ class Crew(Generic[Task, Result]):
         self._workers: list[_Worker[Task]] = []
 
     def results(self) -> Generator[tuple[Task, Result | Died], None, None]:
-        """What comes back, in the order in which it does. Leaving the loop early stops the crew."""
+        """What comes back, in the order in which it does. Leaving the loop early stops the crew.
+
+        Raises
+        ------
+        Obstructed
+            When a worker raised it.
+
+        """
         try:
             while self._hire():
                 pipes = {id(worker.connection): worker for worker in self._workers}
                 for pipe in wait([worker.connection for worker in self._workers]):
                     yield from self._listen(pipes[id(pipe)])
         finally:
-            for worker in list(self._workers):
+            for worker in self._workers:
                 worker.process.terminate()
+            for worker in list(self._workers):
                 self._dismiss(worker)
 
     def _hire(self) -> bool:
@@ -90,7 +102,7 @@ class Crew(Generic[Task, Result]):
         while self._pending and len(self._workers) < self._size:
             ours, theirs = get_context("spawn").Pipe()
             process = get_context("spawn").Process(target=_serve, args=(theirs, self._function), daemon=True)
-            with _environment(self._threads):
+            with _environment(self._threads), _no_interrupt():
                 process.start()
             theirs.close()  # so that our end reports the worker's death
             worker = _Worker(process, ours, self._pending.popleft())
@@ -100,10 +112,12 @@ class Crew(Generic[Task, Result]):
 
     def _listen(self, worker: _Worker[Task]) -> Iterator[tuple[Task, Result | Died]]:
         try:
-            result: Result = worker.connection.recv()
+            result: Result | Obstructed = worker.connection.recv()
         except (EOFError, OSError):
             yield from self._bury(worker)
             return
+        if isinstance(result, Obstructed):
+            raise result
         done = worker.job
         if self._pending:
             worker.job = self._pending.popleft()
@@ -137,7 +151,14 @@ def _serve(connection: Connection, function: Callable[[Any], Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     with suppress(EOFError, ConnectionError):
         while (task := connection.recv()) is not None:
-            connection.send(function(task))
+            connection.send(_outcome(function, task))
+
+
+def _outcome(function: Callable[[Any], Any], task: Any) -> Any:
+    try:
+        return function(task)
+    except Obstructed as error:
+        return error
 
 
 def _send(worker: _Worker[Task], message: Task | None) -> None:
@@ -152,6 +173,17 @@ def _cause_of_death(code: int | None, attempts: int) -> str:
         else f"ended with {code}"
     )
     return f"the worker process {how}, {attempts} times (out of memory? a crash in a library?)"
+
+
+@contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """Processes started in the block never see Ctrl-C, not even while they import; ours comes after it."""
+    resource_tracker.ensure_running()  # starting it would lift the block
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

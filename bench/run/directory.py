@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.run.forms import FORMAT, ManifestForm
 from bench.run.records import Record, read
 from bench.suites.case import Case
 from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, suite_from
-from burrscan.documents import read_json
+from burrscan.documents import build, read_json
 from burrscan.errors import InputError
 from burrscan.files import written_whole
-
-_KEYS = {"suite", "suite_hash", "seed", "only", "metrics", "cases", "sessions"}
-FORMAT = 1
-"""Version of the run directory's layout."""
 
 
 @dataclass(frozen=True)
@@ -96,15 +93,16 @@ def load_run(path: Path) -> Run:
     Raises
     ------
     InputError
-        When there is no run, or one of another format.
+        When there is no run, or one of another format, or with every error in its manifest.
 
     """
     directory = RunDirectory(path)
     if not directory.manifest.exists():
         raise InputError(f"{path}: not a run directory (no run.json); 'burrscan run SUITE' makes one")
     manifest = read_json(directory.manifest)
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or not manifest.keys() >= _KEYS:
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise InputError(f"{directory.manifest}: not a run of format {FORMAT}; run the suite again")
+    build(ManifestForm, manifest, source=str(directory.manifest))
     suite = suite_from(manifest["suite"], source=str(directory.manifest))
     order = {
         (case["id"], variant.name): (number, place)
@@ -158,7 +156,7 @@ def unfinished(parent: Path, suite_name: str | None) -> Path:
     """
     found = sorted(parent.glob("*/run.json"), key=lambda path: path.stat().st_mtime, reverse=True)
     for manifest in found:
-        with suppress(InputError):  # a run of another version cannot be resumed, and need not be
+        with suppress(InputError, OSError):  # one of another version, or damaged, stops no other
             run = load_run(manifest.parent)
             if run.missing and suite_name in {None, run.suite.name}:
                 return manifest.parent

@@ -7,9 +7,11 @@ import sys
 import traceback
 from pathlib import Path
 
+from bench.run.crew import Obstructed
 from bench.run.directory import RunDirectory
 from bench.run.draws import seeded
 from bench.run.job import Job
+from bench.run.machine import of_the_machine
 from bench.run.records import Failure, Record
 from bench.run.subjects import SUBJECTS, Subject
 from bench.score.burrs import burr_tables
@@ -17,11 +19,19 @@ from bench.score.metrics import failed_metrics, measure
 from bench.suites.case import Case
 from bench.suites.suite import Variant
 from bench.suites.variants import pipeline_of
+from burrscan.documents import printable
 from burrscan.pipeline import stage_of
 
 
 def examine(job: Job, case: Case) -> list[Record]:
-    """Records of one case, one per variant. Whatever a stage raises becomes a failure; nothing is dropped."""
+    """Records of one case, one per variant. Whatever a stage raises becomes a failure; nothing is dropped.
+
+    Raises
+    ------
+    bench.run.crew.Obstructed
+        When the machine is the reason (:mod:`bench.run.machine`), which is no result of any variant.
+
+    """
     folder = RunDirectory(job.out_dir).case(case.id)
     try:
         subject = SUBJECTS[job.source](case, folder)
@@ -45,9 +55,12 @@ def failed_record(case: Case, variant: Variant, why: Failure, *, own: tuple[str,
 
 
 def failure(stage: str, error: Exception) -> Failure:
-    """An exception as a record keeps it."""
+    """An exception as a record keeps it; raises Obstructed where the machine is its reason."""
+    if reason := of_the_machine(error):
+        raise Obstructed(reason) from error
     text = "".join(traceback.format_exception(error))
-    return Failure(stage, f"{type(error).__name__}: {error}", without_roots(text))
+    said = f"{type(error).__name__}: {error}"
+    return Failure(stage, printable(said), printable(without_roots(text)))
 
 
 def without_roots(text: str) -> str:

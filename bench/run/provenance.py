@@ -11,6 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from burrscan.documents import printable
+
 _PACKAGES = (
     "burrscan", "mitsuba", "drjit", "numpy", "scipy", "numba", "trimesh", "manifold3d",
     "opencv-python-headless", "pydantic",
@@ -21,7 +23,7 @@ def session(*, workers: int, threads: int, renderer: str) -> dict[str, Any]:
     """What there is to know of one sitting at which a run was worked on."""
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
+        "command": [printable(word) for word in (Path(sys.argv[0]).name, *sys.argv[1:])],
         "workers": workers,
         "threads_per_worker": threads,
         "renderer": renderer,

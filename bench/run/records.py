@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bench.run.forms import RecordForm
+from burrscan.documents import build
 from burrscan.errors import InputError
 
 
@@ -86,20 +88,27 @@ def read(path: Path) -> list[Record]:
     """
     if not path.exists():
         return []
-    lines = path.read_text("utf-8").split("\n")[:-1]  # what follows the last newline was never finished
+    try:
+        text = path.read_bytes().rpartition(b"\n")[0].decode()  # what follows it was never finished
+    except ValueError as error:
+        raise InputError(f"{path}: not UTF-8 ({error}); was the file edited?") from error
+    lines = text.split("\n") if text else []
     return [_record(line, f"{path}, line {number}") for number, line in enumerate(lines, 1)]
 
 
 def _record(line: str, where: str) -> Record:
     try:
         table = json.loads(line)
+        if not isinstance(table, dict):
+            raise InputError(f"{where}: not a record; was the file edited?")
+        build(RecordForm, table, source=where)
         failure = table.pop("failure")
         metrics = _numbers(table.pop("metrics"))
         burrs = tuple(table.pop("burrs"))
         budget = {name: _numbers(values) for name, values in table.pop("budget", {}).items()}
         why = Failure(**failure) if failure else None
         return Record(**table, metrics=metrics, burrs=burrs, failure=why, budget=budget)
-    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, RecursionError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{where}: not a record ({error}); was the file edited?") from error
 
 

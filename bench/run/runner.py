@@ -10,12 +10,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bench.run.crew import Crew, Died
+from bench.run.crew import Crew, Died, Obstructed
 from bench.run.directory import Run, RunDirectory, describe_run, load_run, write_manifest
-from bench.run.examine import examine, failed_record
+from bench.run.examine import examine
 from bench.run.job import Job
 from bench.run.provenance import session
-from bench.run.records import Failure, Record, append
+from bench.run.records import Record, append
 from bench.run.tables import write_tables
 from bench.score.metrics import METRICS, metric_named, own_metrics
 from bench.suites.case import Case
@@ -92,7 +92,9 @@ def run_suite(
     Raises
     ------
     InputError
-        When ``out_dir`` holds something else, or another process works in it.
+        When ``out_dir`` holds something else, or another process works in it. When the machine failed: its
+        disk or its memory is full, or a worker was killed twice. That is no result; calling it again tries
+        those cases.
 
     """
     cases = chosen(expand(suite, seed=seed), only)
@@ -108,25 +110,39 @@ def run_suite(
         job = Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted)
         task = partial(examine_case, job)
         crew = Crew(task, remaining, workers=count, threads=threads)
-        _collect(crew, directory, suite, Progress.of(load_run(out_dir)), progress)
+        lost = _collect(crew, directory, Progress.of(load_run(out_dir)), progress)
         write_tables(load_run(out_dir))
+    if lost:
+        raise InputError(f"{lost[0]}{_again(out_dir, cases=len(lost))}")
     return out_dir
 
 
 def _collect(
     crew: Crew[Case, list[Record]],
     directory: RunDirectory,
-    suite: Suite,
     state: Progress,
     progress: Callable[[Progress], None],
-) -> None:
-    """Append the records of each case as it ends."""
+) -> list[str]:
+    """Append the records of each case as it ends; say what became of those whose workers died."""
     progress(state)
-    for case, result in crew.results():
-        records = _lost(case, suite, result) if isinstance(result, Died) else result
-        append(directory.records, records)
-        state = state.after(case, records)
-        progress(state)
+    lost = []
+    try:
+        for case, result in crew.results():
+            if isinstance(result, Died):
+                lost.append(f"{case.id}: {result.reason}")
+                continue
+            append(directory.records, result)
+            state = state.after(case, result)
+            progress(state)
+    except Obstructed as error:
+        raise InputError(f"{error}{_again(directory.path)}") from error
+    return lost
+
+
+def _again(out_dir: Path, *, cases: int = 0) -> str:
+    """How a sitting that the machine cut short goes on."""
+    what = f"; {cases} case(s) have no record" if cases else "; nothing was recorded of the cases at work"
+    return f"{what}. When that is mended: burrscan run --resume --out {out_dir}"
 
 
 def _open(directory: RunDirectory, asked: dict[str, Any], sitting: dict[str, Any]) -> None:
@@ -177,12 +193,6 @@ def _settle(directory: RunDirectory, cases: Sequence[Case], variants: int) -> li
 def _rewrite(path: Path, records: Iterable[Record]) -> None:
     with written_whole(path) as beside:
         beside.write_text("".join(record.line() for record in records), "utf-8")
-
-
-def _lost(case: Case, suite: Suite, death: Died) -> list[Record]:
-    """Failure records of a case whose worker died."""
-    why, own = Failure("worker", death.reason, ""), own_metrics(suite.metrics)
-    return [failed_record(case, variant, why, own=own) for variant in suite.variant]
 
 
 def _definitions(suite: Suite) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -33,13 +34,15 @@ def suite_names() -> list[str]:
     return sorted(Path(item.name).stem for item in folder.iterdir() if item.name.endswith(".toml"))
 
 
-def load_suite(name_or_path: str | Path) -> Suite:
+def load_suite(name_or_path: str | Path, *, code: bool = True) -> Suite:
     """Read a suite, lay its scene over its base, and check every case it makes.
 
     Parameters
     ----------
     name_or_path
         A shipped suite's name, or the path of a TOML file. Scene files are looked for beside it.
+    code
+        Whether to import what it names as ``"module:function"``, and to check how it is called.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
     suite, of_form, without = suite_as_far(document, source=str(path))
     if problems:
         without |= {"scene"}
-    problems += [*of_form, *_problems(suite, without)]
+    problems += [*of_form, *_problems(suite, without, code=code)]
     refuse(list(dict.fromkeys(problems)), str(path))
     return suite
 
@@ -98,8 +101,10 @@ def _scene(table: Any, path: Path) -> Any:
     return merge(scene_document(str(beside) if beside.suffix == ".toml" and beside.exists() else base), over)
 
 
-def _problems(suite: Suite, without: AbstractSet[str]) -> Iterator[str]:
+def _problems(suite: Suite, without: AbstractSet[str], *, code: bool) -> Iterator[str]:
     """Everything that is wrong with what the suite names, but for what follows from tables left out."""
+    if not code:
+        suite = _without_code(suite)
     yield from _metric_problems(suite)
     yield from _goal_problems(suite)
     if not without & _DISTINGUISH:
@@ -111,6 +116,25 @@ def _problems(suite: Suite, without: AbstractSet[str]) -> Iterator[str]:
         yield from _listed(f"variant '{variant.name}'", partial(pipeline_of, variant))
     if not without & _OF_CASES:
         yield from _listed("scene", lambda: _no_twins(expand(suite)))
+
+
+def _without_code(suite: Suite) -> Suite:
+    """The suite without what it names by ``"module:attribute"``; that cannot be checked unless imported."""
+
+    def named(text: object) -> bool:
+        return isinstance(text, str) and ":" in text
+
+    def shipped(stages: Mapping[str, Any]) -> dict[str, Any]:
+        methods = {key: s.get("method") if isinstance(s, Mapping) else s for key, s in stages.items()}
+        return {key: stage for key, stage in stages.items() if not named(methods[key])}
+
+    return replace(
+        suite,
+        variant=tuple(replace(variant, stages=shipped(variant.stages)) for variant in suite.variant),
+        metrics=tuple(name for name in suite.metrics if not named(name)),
+        gate=tuple(gate for gate in suite.gate if not named(gate.metric)),
+        goal=tuple(goal for goal in suite.goal if not named(goal.metric)),
+    )
 
 
 def _no_twins(cases: Sequence[Case]) -> None:

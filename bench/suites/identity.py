@@ -4,15 +4,35 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import zlib
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from burrscan.documents import refuse
+
 
 def canonical(document: Any) -> str:
-    """The one JSON text of plain tables: sorted keys, no spaces, numbers as Python writes them."""
+    """The one JSON text of plain tables: sorted keys, no spaces, numbers as Python writes them.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        Naming every number that is not finite.
+
+    """
+    refuse([f"{path}: is not a finite number" for path in _not_finite(document)], "a scene")
     return json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def _not_finite(node: Any, where: str = "") -> Iterator[str]:
+    if isinstance(node, float) and not math.isfinite(node):
+        yield where
+    inner = list(node.items()) if isinstance(node, Mapping) else []
+    for key, value in list(enumerate(node)) if isinstance(node, list | tuple) else inner:
+        yield from _not_finite(value, f"{where}.{key}".lstrip("."))
 
 
 def content_hash(document: Any) -> str:

@@ -240,8 +240,17 @@ def _readable(arranged: Mapping[str, Any], problems: list[str]) -> tuple[dict[st
     return {**kept, **{key: kept.get(key) or usual for key, usual in needed.items()}}, without
 
 
+_RESERVED = "truth"
+"""No variant's name: what a run keeps of a case's truth bears it."""
+
+
 def _problems_of_form(suite: Suite) -> list[str]:
-    problems = [*_twice("variant", [v.name for v in suite.variant]), *_twice("seed", list(suite.seeds))]
+    problems = [
+        f"variant '{variant.name}': this name is the truth's; choose another"
+        for variant in suite.variant
+        if variant.name.lower() == _RESERVED
+    ]
+    problems += [*_twice("variant", [v.name for v in suite.variant]), *_twice("seed", list(suite.seeds))]
     problems += _twice("gate", [gate.metric for gate in suite.gate])
     problems += [
         f"jitter.{path}: the lower bound {low:g} is above the upper one {high:g}"

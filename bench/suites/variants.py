@@ -35,6 +35,19 @@ def pipeline_of(variant: Variant) -> Pipeline:
     return pipeline
 
 
+def stages_of(variant: Variant) -> Pipeline:
+    """The pipeline of a variant as it is written, its methods neither looked for nor imported.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When it names stages that do not exist.
+
+    """
+    tables = {kind: _table(choice) for kind, choice in variant.stages.items()}
+    return build(Pipeline, tables, source=f"variant '{variant.name}'")
+
+
 def _table(choice: str | Mapping[str, Any]) -> Mapping[str, Any]:
     return {"method": choice} if isinstance(choice, str) else choice
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints
 from burrscan.axis.kernel import kernel
+from burrscan.strays import FAR, beyond
 
 FINE_SIDE = 0.03
 """Side of a fine voxel, in units of the cloud's rms radius."""
@@ -78,8 +79,9 @@ def _turned(vertices: Floats, mean: Floats, turn: Floats, points: Floats) -> Flo
 
 
 def canonical_cloud(vertices_mm: Floats, sigma_mm: Floats | None) -> Cloud:
-    """Move a cloud to its canonical frame. O(V)."""
-    mean, covariance = moments(vertices_mm)
+    """Move a cloud to its canonical frame, in which few vertices far out have no say. O(V)."""
+    far = beyond(vertices_mm, times=FAR)
+    mean, covariance = moments(np.ascontiguousarray(vertices_mm[~far]) if far.any() else vertices_mm)
     scale = float(np.sqrt(np.trace(covariance)))
     turn = np.linalg.eigh(covariance / scale**2)[1][:, ::-1]
     points = np.empty_like(vertices_mm)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
+from burrscan.strays import WILD, beyond
 from burrscan.variants import check_parameters, resolve
 from burrscan.welding import welded
 
@@ -26,6 +27,10 @@ METHODS: dict[str, str] = {
     "qian-huang": "burrscan.axis.qian_huang:find_axis_qian_huang",
 }
 """Short name to function, of the methods that come with burrscan."""
+
+_LEAST_ACROSS, _MOST_ACROSS = 1e-9, 1e12
+_THIN = 1e-7
+"""Of the largest extent: what is thinner is flat to single precision, in which meshes are stored."""
 
 FEWEST = 30
 """An axis, a generatrix and their noise cannot be told apart from fewer points."""
@@ -63,6 +68,8 @@ def find_axis(
     vertices, triangles, sigma = _finite(vertices, triangles, sigma)
     if len(vertices) and np.ptp(vertices, axis=0).max() == 0.0:
         raise InputError("all vertices coincide: hand over a mesh with an extent")
+    if len(vertices) >= FEWEST:
+        refuse_flat(vertices)
     vertices, triangles, sigma, _ = welded(vertices, triangles, sigma)
     if len(vertices) < FEWEST:
         raise InputError(
@@ -93,6 +100,29 @@ def checked_mesh(vertices_mm: ArrayLike, faces: ArrayLike | None) -> tuple[Float
     return vertices, np.ascontiguousarray(triangles, dtype=np.int32)
 
 
+def refuse_flat(vertices: Floats) -> None:
+    """Refuse points that no arithmetic holds, that lie on one line, or in one plane.
+
+    Raises
+    ------
+    InputError
+        With what the points are instead of a surface.
+
+    """
+    across = float(np.ptp(vertices, axis=0).max())
+    if not _LEAST_ACROSS <= across <= _MOST_ACROSS:
+        raise InputError(
+            f"the mesh is {across:.3g} across, from {_LEAST_ACROSS:g} to {_MOST_ACROSS:g} can be measured: "
+            "are its coordinates in another unit (--unit), or damaged?"
+        )
+    middle = vertices - vertices.mean(axis=0)
+    extents = np.sqrt(np.linalg.eigvalsh(middle.T @ middle / len(vertices)).clip(0.0))[::-1]
+    if extents[1] < _THIN * extents[0]:
+        raise InputError("all vertices lie on one line: hand over a surface")
+    if extents[2] < _THIN * extents[0]:
+        raise InputError("all vertices lie in one plane: a plane has no axis of revolution; hand over a part")
+
+
 def _checked_sigma(sigma: Floats, count: int) -> Floats:
     if sigma.shape != (count,):
         raise InputError(f"sigma_mm must have one value per vertex, ({count},), not {sigma.shape}")
@@ -102,8 +132,9 @@ def _checked_sigma(sigma: Floats, count: int) -> Floats:
 def _finite(
     vertices: Floats, triangles: Ints32, sigma: Floats | None
 ) -> tuple[Floats, Ints32, Floats | None]:
-    """Drop vertices not finite or without a positive sigma, and the faces that use them."""
+    """Drop vertices not finite, strays, or without a positive sigma, and the faces that use them."""
     good: Bools = np.asarray(np.isfinite(vertices).all(axis=1))
+    good[good] = ~beyond(vertices[good], times=WILD)
     if sigma is not None:
         good &= np.isfinite(sigma) & (sigma > 0.0)
     if good.all():

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import STRICT
+from burrscan.pose import rigid
 from burrscan.rig import NO_DISTORTION, Rig, View
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -44,12 +45,12 @@ class RigDocument:
     T_projector_camera: tuple[Row, Row, Row, Row]
     unit: Literal["mm"] = "mm"
 
-    def rig(self) -> Rig:
-        """The calibration."""
+    def rig(self, *, source: str = "rig.json") -> Rig:
+        """The calibration; :class:`burrscan.errors.InputError` where its pose is no rigid motion."""
         return Rig(
             camera=View(**vars(self.camera)),
             projector=View(**vars(self.projector)),
-            T_projector_camera=np.array(self.T_projector_camera),
+            T_projector_camera=rigid(np.array(self.T_projector_camera), what=f"{source}: T_projector_camera"),
         )
 
 

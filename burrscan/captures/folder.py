@@ -185,7 +185,7 @@ def read_rig(path: Path) -> Rig:
         With every error in the file.
 
     """
-    return build(RigDocument, read_json(path), source=str(path)).rig()
+    return build(RigDocument, read_json(path), source=str(path)).rig(source=str(path))
 
 
 def write_rig(path: Path, rig: Rig) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
+from burrscan.pose import rigid
 from burrscan.rig import Rig, View
 
 _NAMES = {
@@ -47,6 +48,7 @@ def read_opencv_rig(
     pose = np.eye(4)
     pose[:3, :3] = _shaped(found, "rotation", (3, 3), path)
     pose[:3, 3] = _shaped(found, "translation", (3,), path) * unit_mm
+    rigid(pose, what=f"{path}: rotation and translation")
     return Rig(_view(found, "camera", camera, path), _view(found, "projector", projector, path), pose)
 
 

@@ -34,11 +34,12 @@ def _between(count: Floats, total: Floats) -> Floats:
     scatter = ((total - count * mean) ** 2).sum(axis=1) / nodes[:, 0] ** 2
     used = (count > 0.0).sum(axis=1)
     scatter *= used / np.maximum(used - 1, 1)
-    kernel = np.ones(5)
-    pooled = np.convolve(scatter, kernel, mode="same") / np.convolve(
-        np.ones(len(scatter)), kernel, mode="same"
-    )
-    return np.sqrt(pooled)
+    return np.sqrt(_five(scatter) / _five(np.ones(len(scatter))))
+
+
+def _five(values: Floats) -> Floats:
+    """(K,) sum of each value and its two neighbours on either side, however few there are."""
+    return np.convolve(values, np.ones(5), mode="full")[2 : 2 + len(values)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

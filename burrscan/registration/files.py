@@ -14,6 +14,7 @@ from burrscan.arrays import Floats
 from burrscan.documents import STRICT, build, read_json
 from burrscan.errors import InputError
 from burrscan.meshio import read_mesh
+from burrscan.pose import rigid
 from burrscan.registration.alignment import Alignment, PosedSurface
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -49,7 +50,11 @@ def read_views(meshes: Sequence[Path], poses: Path) -> tuple[list[PosedSurface],
     told = build(PosesFile, document, source=str(poses))
     if len(told.T_world_camera) != len(meshes):
         raise InputError(f"{poses}: {len(told.T_world_camera)} poses for {len(meshes)} meshes")
-    views = [_view(path, np.array(pose)) for path, pose in zip(meshes, told.T_world_camera, strict=True)]
+    known = [
+        rigid(np.array(pose), what=f"{poses}: T_world_camera {number}")
+        for number, pose in enumerate(told.T_world_camera)
+    ]
+    views = [_view(path, pose) for path, pose in zip(meshes, known, strict=True)]
     return views, told.sigma_mm, told.sigma_deg
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import logging
 import os
-import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -20,6 +20,7 @@ TRANSPORT_VERSION = 7
 FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"
 """Names the folder of stored transports; ``off`` keeps none."""
 
+_LOG = logging.getLogger("burrscan.transports")
 _LIMIT_BYTES = 4 << 30
 _PARTS = ("direct", "indirect")
 _NAMES = ("starts", "columns", "values")
@@ -41,19 +42,21 @@ def stored(
 ) -> LightTransport:
     """The transport of content ``key`` from ``folder``, or made and left there.
 
-    Several processes may share a folder: files appear whole, and a damaged one is made again. When the folder
-    grows beyond ``limit_bytes``, what was used longest ago goes. A folder that cannot be written costs time,
-    not the run.
+    Several processes may share a folder: files appear whole, and each names its own key. One that is damaged,
+    or another's, is made again, and a line says so. When the folder grows beyond ``limit_bytes``, what was
+    used longest ago goes. A folder that cannot be written costs time, not the run.
     """
     if folder is None:
         return make()
     path = folder / f"transport-{TRANSPORT_VERSION}-{key}.npz"
     try:
-        transport = _read(path)
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        transport = _read(path, key)
+    except Exception as error:  # noqa: BLE001 (a damaged archive raises a dozen kinds)
+        if not isinstance(error, FileNotFoundError):
+            _LOG.warning("note: %s cannot be used, its light is traced again: %s", path, repr(error))
         transport = make()
         with suppress(OSError):
-            _write(path, transport)
+            _write(path, key, transport)
             _forget_oldest(folder, limit_bytes)
     else:
         with suppress(OSError):
@@ -76,8 +79,10 @@ def _forget_oldest(folder: Path, limit_bytes: int) -> None:
         total -= size
 
 
-def _read(path: Path) -> LightTransport:
-    with np.load(path) as file:
+def _read(path: Path, key: str) -> LightTransport:
+    with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+        if str(file["key"]) != key:
+            raise ValueError(f"it is the entry of another scene, {file['key']}")
         rows = {part: SparseRows(*(file[f"{part}_{name}"] for name in _NAMES)) for part in _PARTS}
         camera, projector = (tuple(int(n) for n in file[f"{name}_shape"]) for name in ("camera", "projector"))
         images = {name: file[name] for name in _IMAGES}
@@ -90,13 +95,14 @@ def _read(path: Path) -> LightTransport:
         )
 
 
-def _write(path: Path, transport: LightTransport) -> None:
+def _write(path: Path, key: str, transport: LightTransport) -> None:
     arrays = {name: getattr(transport, name) for name in _IMAGES}
     for part in _PARTS:
         arrays |= {f"{part}_{name}": getattr(getattr(transport, part), name) for name in _NAMES}
     with written_whole(path) as beside:
         np.savez(
             beside,
+            key=np.array(key),
             camera_shape=transport.camera_shape,
             projector_shape=transport.projector_shape,
             **arrays,

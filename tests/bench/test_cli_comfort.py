@@ -13,8 +13,9 @@ import pytest
 import trimesh
 from rich.console import Console
 
-from bench.cli import COMMANDS, main, parser, tables
+from bench.cli import main, tables
 from bench.cli.completion import bash, fish
+from bench.cli.program import COMMANDS, parser
 from scenes.wheel import build_wheel, load_wheel
 
 

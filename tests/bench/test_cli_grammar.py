@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from bench.cli import COMMANDS, main
+from bench.cli import main
+from bench.cli.program import COMMANDS
 from scenes.wheel import build_wheel, load_wheel
 
 
@@ -23,7 +24,7 @@ def test_every_subcommand_has_help(command: str, capsys: pytest.CaptureFixture[s
 
 
 def test_help_imports_nothing_heavy() -> None:
-    code = "import sys; from bench.cli import parser; parser().format_help(); print(*sys.modules)"
+    code = "import sys; from bench.cli.program import parser; parser().format_help(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
     assert not {"mitsuba", "drjit", "numba", "scipy", "matplotlib", "trimesh"} & set(loaded.stdout.split())
 

@@ -44,6 +44,14 @@ def fails_on_seed_one(job, case):
         return [failed_record(case, v, failure("scan", ValueError("no light"))) for v in job.variants]
     return good(job, case)
 
+def full_disk_on_seed_one(job, case):
+    from bench.run.examine import failed_record, failure
+    if case.seed == 1:
+        error = ValueError("while pictures were saved")
+        error.__cause__ = OSError(28, "No space left on device")
+        return [failed_record(case, v, failure("score", error)) for v in job.variants]
+    return good(job, case)
+
 def dies_on_seed_one(job, case):
     if case.seed == 1:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -151,14 +159,29 @@ def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_pa
     assert all(r.metrics["coverage"] == 0.0 and r.metrics["burr_found"] == 0.0 for r in failed)
 
 
-def test_a_case_that_kills_its_workers_is_a_failure_and_the_rest_is_done(
+def test_a_case_that_kills_its_workers_has_no_record_and_is_tried_again(
     fakes: ModuleType, tmp_path: Path
 ) -> None:
-    suite = small_suite(sweep={"burr.height_mm": [1.0]})
-    run = load_run(run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.dies_on_seed_one))
-    assert run.missing == 0
-    assert [bool(r.failure) for r in run.records] == [False, False, True, True]
-    assert all("SIGKILL" in r.failure.error for r in run.records if r.failure)
+    suite, out = small_suite(sweep={"burr.height_mm": [1.0]}), tmp_path / "r"
+    with pytest.raises(InputError, match=r"SIGKILL.*--resume"):
+        run_suite(suite, out, workers=1, examine_case=fakes.dies_on_seed_one)
+    assert load_run(out).missing == 2
+    assert not any(record.failure for record in load_run(out).records)
+    run_suite(suite, out, workers=1, examine_case=fakes.good)
+    assert load_run(out).missing == 0
+
+
+def test_a_full_disk_is_no_result_and_the_run_goes_on_when_there_is_space(
+    fakes: ModuleType, whole: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "r"
+    with pytest.raises(InputError, match=r"No space left on device.*--resume"):
+        run_suite(small_suite(), out, workers=1, examine_case=fakes.full_disk_on_seed_one)
+    stopped = load_run(out)
+    assert stopped.missing > 0
+    assert not any(record.failure for record in stopped.records)
+    run_suite(small_suite(), out, workers=1, examine_case=fakes.good)
+    assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)
 
 
 def test_a_directory_that_holds_something_else_is_refused(

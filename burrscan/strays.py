@@ -1,0 +1,33 @@
+"""Vertices that are nowhere near the part: a scanner's wild points, a marker such as -99999."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats
+
+WILD = 100.0
+"""Times the bulk's radius: farther out nothing is the part's."""
+FAR = 8.0
+"""Times the bulk's radius: farther out, a vertex may be the part's, but has no say in where its middle is."""
+_BULK = 0.9
+_MOST = 0.01
+_LOOKED_AT = 100_000
+
+
+def beyond(vertices_mm: Floats, *, times: float) -> Bools:
+    """(V,) whether a vertex is out by more than ``times`` the radius about the median that holds 90 %.
+
+    At most a percent of all: where more are out they are no strays, and none is named. Finite vertices only.
+    O(V).
+    """
+    none: Bools = np.zeros(len(vertices_mm), bool)
+    if not len(vertices_mm):
+        return none
+    some = vertices_mm[:: -(-len(vertices_mm) // _LOOKED_AT)]
+    middle = np.median(some, axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        # the greatest part, not the root of squares: squares of wild numbers overflow
+        reach = np.quantile(np.abs(some - middle).max(axis=1), _BULK)
+        out: Bools = np.abs(vertices_mm - middle).max(axis=1) > times * reach
+    return out if reach > 0.0 and out.mean() <= _MOST else none
