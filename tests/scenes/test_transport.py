@@ -23,7 +23,7 @@ from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
 from scenes.transport.rows import SparseRows, empty_rows
 from scenes.transport.splat import group_by_pixel, splat
-from scenes.transport.stock import stock_ambient, stock_image
+from scenes.transport.stock import stock_ambient, stock_image, stock_images
 from scenes.transport.store import stored
 from scenes.transport.trace import trace
 from scenes.transport.world import wheel_mesh
@@ -151,14 +151,10 @@ def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
     light = patterns(optics.rig.projector)
     runs = 24
     ours = np.stack([trace(mi, scene, optics, samples=4, seed=i).relight(light) for i in range(runs)])
+    seeds = range(1000, 1000 + runs)
     stock = np.stack(
-        [
-            [
-                stock_image(mi, mesh, optics, frame, samples=8, seed=1000 * k + i)
-                for k, frame in enumerate(light)
-            ]
-            for i in range(runs)
-        ]
+        [stock_images(mi, mesh, optics, frame, samples=128, bounces=3, seeds=seeds) for frame in light],
+        axis=1,
     )
     a, b = _blocks(ours), _blocks(stock)
     variance = a.var(axis=0, ddof=1) / runs + b.var(axis=0, ddof=1) / runs
