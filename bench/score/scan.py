@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from bench.score.evidence import Evidence
+from scenes.measurable import LIMIT_PX
 
 
 def coverage(evidence: Evidence) -> float:
@@ -43,19 +44,25 @@ def bound_ratio(evidence: Evidence) -> float:
     interreflected light is known (:mod:`scenes.bound`). All pictures of the scan count, probing included;
     it is computed on every eighth row of the camera.
     """
-    return _over_bound(evidence, "known_px")
+    return _over_bound(evidence, "known_px", at_most_px=math.inf)
 
 
 def bound_ratio_second(evidence: Evidence) -> float:
-    """As :func:`bound_ratio`, of the bound that does not know a second path's origin and strength."""
-    return _over_bound(evidence, "second_path_px")
+    """As :func:`bound_ratio`, of the bound that does not know a second path's origin and strength.
+
+    Over pixels that this bound lets be known to :data:`scenes.measurable.LIMIT_PX`: where the frames cannot
+    tell two paths apart it has no upper end.
+    """
+    return _over_bound(evidence, "second_path_px", at_most_px=LIMIT_PX)
 
 
-def _over_bound(evidence: Evidence, which: Literal["known_px", "second_path_px"]) -> float:
+def _over_bound(
+    evidence: Evidence, which: Literal["known_px", "second_path_px"], *, at_most_px: float
+) -> float:
     if evidence.bounds is None:
         return math.nan
     bound_px = getattr(evidence.bounds, which)
-    both = np.isfinite(evidence.inlier_error_px) & np.isfinite(bound_px)
+    both = np.isfinite(evidence.inlier_error_px) & np.isfinite(bound_px) & (bound_px <= at_most_px)
     bound = _rms(bound_px[both].astype(float))
     return _rms(evidence.inlier_error_px[both]) / bound if bound > 0.0 else math.nan
 
