@@ -41,7 +41,7 @@ def real_looks() -> tuple[tuple[Look, ...], ...]:
     scenes: dict[tuple[str, str], list[Look]] = {}
     with REPEATS.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            metrics = {name: float(row[name]) if row[name] else math.nan for name in METRICS}
+            metrics = {name: float(row[name]) if row.get(name) else math.nan for name in METRICS}
             look = Look(metrics, tuple(mark == "1" for mark in row["found"]))
             scenes.setdefault((row["scene"], row["seed"]), []).append(look)
     return tuple(map(tuple, scenes.values()))
