@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from bench.checks.zoomed import ZOOMS, Compared, compare
 from burrscan.arrays import Floats, Floats32
 from scenes.renderer import activate
 from scenes.transport.sobol import DIMENSIONS, point, reversed_table
-from tests.scenes.zoomed import ZOOMS, Compared, compare
 
 _TESTED = ("ridge-lying-ground", "ridge-turned", "rim-ground", "nick-chrome", "groove-polished")
 

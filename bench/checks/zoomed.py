@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burrscan.arrays import Bools, Floats, Floats32
 from scenes.finish import FinishSpec, finish_bsdf
@@ -20,8 +21,8 @@ from scenes.wheel import AxialRidge, BurrSpec, Nick, RimBurr, WheelSpec, build_w
 
 RUNS, SAMPLES = 16, 256
 """Of the reference: 4096 paths a pixel, their scatter known from 16 independent runs."""
-_DRUM = WheelSpec("drum", ((-30.0, 20.0), (-30.0, 70.0, 1.0), (30.0, 70.0, 1.0), (30.0, 20.0)))
-_GROOVED = WheelSpec(
+DRUM = WheelSpec("drum", ((-30.0, 20.0), (-30.0, 70.0, 1.0), (30.0, 70.0, 1.0), (30.0, 20.0)))
+GROOVED = WheelSpec(
     "grooved",
     (
         (-30.0, 20.0),
@@ -50,15 +51,15 @@ class Zoom:
 
 
 ZOOMS = {
-    "ridge-polished": Zoom(_DRUM, AxialRidge(-25.0, 2.0, 2.0, -10.0, 12.0), FinishSpec(alpha=0.07)),
+    "ridge-polished": Zoom(DRUM, AxialRidge(-25.0, 2.0, 2.0, -10.0, 12.0), FinishSpec(alpha=0.07)),
     "ridge-lying-ground": Zoom(
-        _DRUM, AxialRidge(15.0, 1.5, 2.0, -10.0, 12.0), FinishSpec(alpha=0.18), roll_deg=80.0
+        DRUM, AxialRidge(15.0, 1.5, 2.0, -10.0, 12.0), FinishSpec(alpha=0.18), roll_deg=80.0
     ),
-    "ridge-turned": Zoom(_DRUM, AxialRidge(10.0, 1.5, 2.0, -10.0, 12.0), _TURNED),
-    "rim-ground": Zoom(_DRUM, RimBurr(5.0, 40.0, 1.5, 1.5, 2), FinishSpec(alpha=0.2), elevation_deg=25.0),
-    "nick-chrome": Zoom(_DRUM, Nick(12.0, 1.5, 2.5, -10.0, 12.0), FinishSpec(metal="chrome", alpha=0.1)),
+    "ridge-turned": Zoom(DRUM, AxialRidge(10.0, 1.5, 2.0, -10.0, 12.0), _TURNED),
+    "rim-ground": Zoom(DRUM, RimBurr(5.0, 40.0, 1.5, 1.5, 2), FinishSpec(alpha=0.2), elevation_deg=25.0),
+    "nick-chrome": Zoom(DRUM, Nick(12.0, 1.5, 2.5, -10.0, 12.0), FinishSpec(metal="chrome", alpha=0.1)),
     "groove-polished": Zoom(
-        _GROOVED,
+        GROOVED,
         AxialRidge(-60.0, 1.5, 2.0, 8.0, 20.0),
         FinishSpec(alpha=0.1),
         roll_deg=85.0,
@@ -74,7 +75,7 @@ class Compared:
 
     ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba; ``other`` is
     another tracing, which only says what pixels are compared: chosen by the light of one side they would be
-    chosen by its luck.
+    chosen by its luck. ``shift_px`` (h, w) of stripes against the reference's; NaN without stripes.
     """
 
     light: LightTransport
@@ -82,6 +83,7 @@ class Compared:
     mean: Floats
     variance: Floats
     direct: Floats
+    shift_px: Floats
 
     @property
     def compared(self) -> Bools:
@@ -112,9 +114,29 @@ def optics_on(point_mm: Floats, *, shape: tuple[int, int], scale: float) -> Opti
 
 
 def compare(
-    mi: Any, zoom: Zoom, *, shape: tuple[int, int] = (40, 48), scale: float = 1.0, **render: Any
+    mi: Any,
+    zoom: Zoom,
+    *,
+    shape: tuple[int, int] = (40, 48),
+    scale: float = 1.0,
+    stripes_px: float | None = None,
 ) -> Compared:
-    """Trace a zoomed scene, and render it by stock Mitsuba with and without interreflections."""
+    """Trace a zoomed scene, and render it by stock Mitsuba with and without interreflections.
+
+    Parameters
+    ----------
+    mi
+        The activated vectorised Mitsuba module.
+    zoom
+        The scene.
+    shape
+        Rows and columns of the camera.
+    scale
+        Of the rig.
+    stripes_px
+        Period of the stripes that are compared too, in three steps; None for white alone.
+
+    """
     wheel = build_wheel(zoom.wheel, [zoom.burr])
     pose = PoseSpec(elevation_deg=zoom.elevation_deg, roll_deg=zoom.roll_deg)
     T = pose.T_camera_part(standoff_mm=600.0, middle_z_mm=0.0)
@@ -122,19 +144,41 @@ def compare(
     point = np.array(zoom.at_mm) if zoom.at_mm else crest[len(crest) // 2]
     optics = optics_on(T[:3, :3] @ point + T[:3, 3], shape=shape, scale=scale)
     mesh = wheel_mesh(mi, wheel, T, finish_bsdf(zoom.finish, channels="mono"))
-    white = np.ones(optics.rig.projector.shape, np.float32)
+    white = np.ones((1, *optics.rig.projector.shape), np.float32)
 
-    def runs(bounces: int) -> Floats:
-        return stock_images(
-            mi, mesh, optics, white, samples=SAMPLES, bounces=bounces, seeds=range(1000, 1000 + RUNS)
-        ).astype(float)
+    def runs(light: Floats32, bounces: int) -> Floats:
+        images = [
+            stock_images(
+                mi, mesh, optics, frame, samples=SAMPLES, bounces=bounces, seeds=range(1000, 1000 + RUNS)
+            )
+            for frame in light
+        ]
+        return np.stack(images).astype(float)
 
-    whole, direct = runs(3), runs(1)
     bare = mi.load_dict({"type": "scene", "wheel": mesh})
+    traced, other = trace(mi, bare, optics), trace(mi, bare, optics, seed=1)
+    (whole,), (direct,) = runs(white, 3), runs(white, 1)
+    shift = np.full(shape, np.nan)
+    if stripes_px is not None:
+        stripes = _stripes(optics, stripes_px)
+        angle = np.angle(_phasor(traced.relight(stripes)) * np.conj(_phasor(runs(stripes, 3).mean(axis=1))))
+        shift = angle * stripes_px / (2.0 * np.pi)
     return Compared(
-        light=trace(mi, bare, optics, **render),
-        other=trace(mi, bare, optics, seed=1),
+        light=traced,
+        other=other,
         mean=whole.mean(axis=0) - direct.mean(axis=0),
         variance=(whole.var(axis=0, ddof=1) + direct.var(axis=0, ddof=1)) / RUNS,
         direct=direct.mean(axis=0),
+        shift_px=shift,
     )
+
+
+def _stripes(optics: Optics, period_px: float) -> Floats32:
+    """Three steps of a sine along the columns, (3, H, W)."""
+    turns = np.arange(optics.rig.projector.width) / period_px + np.arange(3)[:, None] / 3.0
+    frames = (0.5 + 0.5 * np.cos(2.0 * np.pi * turns)).astype(np.float32)
+    return np.repeat(frames[:, None], optics.rig.projector.height, axis=1)
+
+
+def _phasor(images: Floats32 | Floats) -> NDArray[np.complex128]:
+    return np.asarray(np.tensordot(np.exp(2j * np.pi * np.arange(3) / 3.0), images, axes=1))
