@@ -45,9 +45,12 @@ def needed_samples(
 ) -> Ints:
     """How many paths each pixel needs, (h, w); 0 where those it had suffice.
 
-    How much interreflected light a pixel has, and how much that varies, is read off its neighbours alone: a
-    pixel that was dark by chance would otherwise be left dark, and one that was bright refined, and the mean
-    of all would be biased.
+    How much interreflected light a pixel has, and how much that varies, is read off its neighbours: a pixel
+    that was dark by chance would otherwise be left dark, and one that was bright refined, and the mean of all
+    would be biased. Only whether a pixel keeps its pilot's paths is asked of itself too: one of 16 paths that
+    found what 400 around it did not would shine alone, where the light is spread over all 25 pixels. They are
+    traced anew together, which keeps that light; what is lost are events so rare that neither a pixel nor its
+    neighbours met one, below the error aimed at.
 
     Parameters
     ----------
@@ -71,9 +74,11 @@ def needed_samples(
     limit = error * np.sqrt(whole * np.maximum(whole, _DIM * bright))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
+        alone = np.nan_to_num(np.sqrt(variance / _WINDOW**2) / limit)
     wanted = np.exp2(np.ceil(np.log2(np.maximum(ratio, 1.0)) / _RATE)).astype(np.int64)
     wanted = np.clip(wanted, LEAST_SAMPLES, most)
-    return np.asarray(np.where(seen & (ratio > _PILOT_RATIO) & (wanted > spent), wanted, 0))
+    uncertain = np.where(spent < LEAST_SAMPLES, np.maximum(ratio, alone), ratio) > _PILOT_RATIO
+    return np.asarray(np.where(seen & uncertain & (wanted > spent), wanted, 0))
 
 
 def around(values: Floats, seen: Bools) -> Floats:

@@ -14,7 +14,7 @@ from burrscan.files import written_whole
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows
 
-TRANSPORT_VERSION = 7
+TRANSPORT_VERSION = 8
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
 FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"
