@@ -153,7 +153,7 @@ def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
     ours = np.stack([trace(mi, scene, optics, samples=4, seed=i).relight(light) for i in range(runs)])
     seeds = range(1000, 1000 + runs)
     stock = np.stack(
-        [stock_images(mi, mesh, optics, frame, samples=128, bounces=3, seeds=seeds) for frame in light],
+        [stock_images(mi, mesh, optics, frame, samples=32, bounces=3, seeds=seeds) for frame in light],
         axis=1,
     )
     a, b = _blocks(ours), _blocks(stock)
