@@ -54,7 +54,7 @@ def gather(bounced: Bounced, *, samples: int, paths: int) -> Gathered:
     bounced
         What each of P · samples paths brings.
     samples
-        Per pixel; consecutive quarters of them are the replicates.
+        Per pixel; consecutive quarters of them (of fewer than four, each) are the replicates.
     paths
         How many there are.
 
@@ -103,11 +103,12 @@ def _fill(
     count = starts.size - 1
     columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
     variance, scatter = np.zeros(count), np.zeros(count)
-    part = samples // REPLICATES
+    replicates = min(REPLICATES, samples)
+    part = samples // replicates
     for p in nb.prange(count):
         k = starts[p]
         total, square, spread = 0.0, 0.0, 0.0
-        for r in range(REPLICATES):
+        for r in range(replicates):
             mean = 0.0
             for s in range(p * samples + r * part, p * samples + (r + 1) * part):
                 light = 0.0
@@ -121,7 +122,7 @@ def _fill(
                 square += light * light
             total += mean
             spread += mean * mean
-        mean = total / REPLICATES
+        mean = total / replicates
         variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
-        scatter[p] = max(spread / REPLICATES - mean * mean, 0.0) / (REPLICATES - 1)
+        scatter[p] = max(spread / replicates - mean * mean, 0.0) / (replicates - 1)
     return columns, values, variance, scatter

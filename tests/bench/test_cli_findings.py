@@ -85,7 +85,7 @@ def test_a_limit_is_a_length(scan: RevolutionScan, tmp_path: Path, limit: str) -
         ("none.ply", None, "no such file"),
         ("part.step", b"x", "known: .ply"),
         ("empty.ply", b"", "cannot be read"),
-        ("torn.stl", b"solid x\nfoo", "no vertices"),
+        ("torn.stl", b"solid x\nfoo", "cut off"),
         ("few.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "only 3 usable vertices"),
     ],
 )

@@ -143,28 +143,38 @@ def patterns(view: View) -> Floats32:
 
 @pytest.mark.parametrize("finish", sorted(FINISHES))
 def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
-    """Every block of every pattern, z-tested with Bonferroni's correction at 99.9 % in all."""
+    """Every block of every pattern of direct light, z-tested with Bonferroni's correction at 99.9 % in all.
+
+    Interreflected light has tails that no t-test of blocks expects: it is compared pixel by pixel in
+    ``test_interreflection.py``, and here as the sum over the picture, of every pattern.
+    """
     spec = RigSpec(scale=0.1875)
     optics = uneven(spec)
     mesh = wheel_mesh(mi, wheel, pose(spec), bsdf(finish))
     scene = mi.load_dict({"type": "scene", "wheel": mesh})
     light = patterns(optics.rig.projector)
     runs = 24
-    ours = np.stack([trace(mi, scene, optics, samples=4, seed=i).relight(light) for i in range(runs)])
-    seeds = range(1000, 1000 + runs)
-    stock = np.stack(
-        [stock_images(mi, mesh, optics, frame, samples=32, bounces=3, seeds=seeds) for frame in light],
-        axis=1,
-    )
-    a, b = _blocks(ours), _blocks(stock)
+
+    def stock(count: int, samples: int, bounces: int) -> Floats32:
+        seeds = range(1000, 1000 + count)
+        images = [
+            stock_images(mi, mesh, optics, frame, samples=samples, bounces=bounces, seeds=seeds)
+            for frame in light
+        ]
+        return np.stack(images, axis=1)
+
+    direct = [trace(mi, scene, optics, samples=4, bounces=1, seed=i).relight(light) for i in range(runs)]
+    a, b = _blocks(np.stack(direct)), _blocks(stock(runs, 8, 1))
     variance = a.var(axis=0, ddof=1) / runs + b.var(axis=0, ddof=1) / runs
     lit = b.mean(axis=0) > 1e-4
     t = (a.mean(axis=0) - b.mean(axis=0))[lit] / np.sqrt(variance[lit])
     limit = stats.t.isf(0.0005 / t.size, runs - 1)  # the fewest degrees of freedom that Welch's test can have
     assert lit.sum() > 100
     assert np.abs(t).max() < limit
-    fine = np.mean([trace(mi, scene, optics, samples=64, seed=i).relight(light[:1]).mean() for i in range(8)])
-    assert fine == pytest.approx(stock[:, 0].mean(), rel=0.005)  # 0.5 % is three standard errors here
+    whole = np.mean(
+        [trace(mi, scene, optics, seed=i).relight(light).mean(axis=(1, 2)) for i in range(3)], axis=0
+    )
+    assert whole == pytest.approx(stock(3, 32, 3).mean(axis=(0, 2, 3)), rel=0.005)
 
 
 def _blocks(images: Floats32) -> Floats:
@@ -186,7 +196,7 @@ def test_a_shifted_projector_is_noticed(mi: Any, wheel: Wheel) -> None:
     light = patterns(optics.rig.projector)[1:2]
     runs = 6
     a, b = (
-        _blocks(np.stack([trace(mi, scene, o, samples=16, seed=i).relight(light) for i in range(runs)]))
+        _blocks(np.stack([trace(mi, scene, o, bounces=1, seed=i).relight(light) for i in range(runs)]))
         for o in (optics, shifted)
     )
     variance = (a.var(axis=0, ddof=1) + b.var(axis=0, ddof=1)) / runs
