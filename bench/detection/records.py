@@ -158,9 +158,8 @@ def _rows(
 ) -> Iterator[tuple[float, bool, float]]:
     for burr in burrs:
         found = bool(burr["found"]) and record.failure is None
-        measured = (
-            burr["height_mm"] + burr["height_error_mm"] if found and "height_error_mm" in burr else np.nan
-        )
+        error = burr.get("height_error_mm") if found else None  # a method may call a burr and state no height
+        measured = np.nan if error is None else burr["height_mm"] + error
         yield float(burr.get(size, record.parameters.get(size, np.nan))), found, float(measured)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -147,6 +148,19 @@ def test_records_become_curves_with_their_false_calls() -> None:
     assert len(detections(records(), by="finish")) == 12
     assert detection(records(), variant="good", model="signal").curve is not None
     assert detection(records(), variant="good", where={"finish": "none"}).curve is None
+
+
+def test_a_burr_called_without_a_height_is_found_and_has_no_size() -> None:
+    """NaN heights are null in records: a report of 'standard' ended in a TypeError."""
+    plain = records()
+    blank = [
+        replace(record, burrs=tuple({**burr, "height_error_mm": None} for burr in record.burrs))
+        for record in plain
+    ]
+    for old, new in zip(detections(plain), detections(blank), strict=True):
+        assert old.curve is not None
+        assert new.curve is not None
+        assert new.curve.a90 == old.curve.a90
 
 
 def test_the_chart_states_false_calls_beside_every_curve() -> None:
