@@ -43,7 +43,7 @@ def test_its_commands_run_in_order(folder: Path, monkeypatch: pytest.MonkeyPatch
     assert not [record.failure for record in run.records if record.failure]
     mine = [record.metrics for record in run.records if record.variant == "mine"]
     assert all(metrics["wrong_rate"] < 0.05 for metrics in mine)
-    # a column is 3.5 mm deep on this coarse rig; light that bounces in the groove moves cosines by most of one
+    # a column is 3.5 mm deep on this rig; light that bounces in the groove moves cosines by most of it
     assert all(0.0 < metrics["lab.metrics:DEPTH_P99"] < 3.0 for metrics in mine)
     assert all(metrics["burr_found"] == 1.0 for metrics in mine)
     assert all(metrics["burr_angle_deg"] < 2.0 for metrics in mine)
