@@ -14,6 +14,9 @@ from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
 from scenes.transport.turn import Target, turned
 
+PASS_SAMPLES = 1 << 22
+"""Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
+
 
 class Arrival(NamedTuple):
     """Interreflected light of one bounce: the flat projector pixel that it comes from, and how much."""

@@ -11,14 +11,12 @@ from burrscan.arrays import Bools, Floats32, Ints
 from scenes.transport.arrivals import Gathered, gather
 from scenes.transport.footprint import sample_sets
 from scenes.transport.optics import Optics
-from scenes.transport.paths import first_surface, later_surfaces, on_lens
+from scenes.transport.paths import PASS_SAMPLES, first_surface, later_surfaces, on_lens
 from scenes.transport.rays import projected_light
 from scenes.transport.rows import SparseRows
 from scenes.transport.splat import response_centres, splat
 
 _SAMPLE_SETS = 256
-_PASS_SAMPLES = 1 << 22
-"""Samples traced together: bounds the memory of a pass at a few hundred megabytes."""
 
 
 class Pilot(NamedTuple):
@@ -43,7 +41,7 @@ def pilots(
     O(pixels × samples × bounces) rays.
     """
     sets = mi.Float(sample_sets(sets=_SAMPLE_SETS, samples=samples, seed=seed).ravel())
-    pixels, each = np.flatnonzero(seen), max(_PASS_SAMPLES // samples, 1)
+    pixels, each = np.flatnonzero(seen), max(PASS_SAMPLES // samples, 1)
     starts = range(0, max(len(pixels), 1), each)
     return [
         _traced(mi, scene, optics, sets, pixels[first : first + each], samples, bounces, seed)

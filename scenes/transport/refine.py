@@ -7,13 +7,13 @@ from typing import Any
 
 import drjit as dr
 import numpy as np
-from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
 from scenes.transport.aim import Aim, aim_of
 from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
+from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
-from scenes.transport.paths import first_surface, later_surfaces
+from scenes.transport.paths import PASS_SAMPLES, first_surface, later_surfaces
 from scenes.transport.sobol import point, reversed_table
 from scenes.transport.turn import TARGETS, Target
 
@@ -23,14 +23,11 @@ _RATE = 0.6
 """The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
 _PILOT_RATIO = 4.0
 """Scatter of single paths, in errors aimed at, that the pilot's 16 independent paths bring below it."""
-_WINDOW = 5
-"""A pixel's need is read off its 5 × 5 neighbours."""
 _DIM = 1e-3
 """Share of the bright pixels' light below which the error allowed grows as the root of light falls, as that
 of photons in a camera does: a pixel of half this share may be off by 1.4 times as much."""
 _DARK = 3e-4
 """Share of the bright pixels' light below which light counts as this much: no exposure shows both."""
-_PASS_SAMPLES = 1 << 22
 
 
 def needed_samples(
@@ -74,7 +71,7 @@ def needed_samples(
     limit = error * np.sqrt(whole * np.maximum(whole, _DIM * bright))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
-        alone = np.nan_to_num(np.sqrt(variance / _WINDOW**2) / limit)
+        alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)
     wanted = np.exp2(np.ceil(np.log2(np.maximum(ratio, 1.0)) / _RATE)).astype(np.int64)
     wanted = np.clip(wanted, LEAST_SAMPLES, most)
     uncertain = np.where(spent < LEAST_SAMPLES, np.maximum(ratio, alone), ratio) > _PILOT_RATIO
@@ -83,10 +80,7 @@ def needed_samples(
 
 def around(values: Floats, seen: Bools) -> Floats:
     """Mean over each pixel's neighbours that were traced, without itself; 0 where there are none."""
-    kernel = np.ones((_WINDOW, _WINDOW))
-    kernel[_WINDOW // 2, _WINDOW // 2] = 0.0
-    total = ndimage.convolve(np.where(seen, values, 0.0), kernel, mode="constant")
-    count = ndimage.convolve(seen.astype(float), kernel, mode="constant")
+    total, count = summed(values, seen, itself=False), summed(np.ones(seen.shape), seen, itself=False)
     return np.asarray(total / np.maximum(count, 1.0))
 
 
@@ -106,7 +100,7 @@ def refine(
     ``finds`` of earlier paths say where to aim. O(pixels × samples × bounces) rays.
     """
     table = mi.UInt32(reversed_table(samples // REPLICATES))
-    each = max(_PASS_SAMPLES // samples, 1)
+    each = max(PASS_SAMPLES // samples, 1)
     for first in range(0, len(pixels), each):
         some = pixels[first : first + each]
         aims = [aim_of(some, turn, optics.rig.camera.shape) for turn in finds]

@@ -118,7 +118,7 @@ def _gather_scattered(
     columns: Ints32,
     values: Floats,
 ) -> int:
-    """Like ``_gather`` for samples far apart: a footprint torn by a depth edge, or interreflected light."""
+    """Like ``_gather`` for samples far apart: a footprint torn by a depth edge."""
     height, width = shape
     reach = 0.5 * (fill + blur)
     count = 0
@@ -232,51 +232,6 @@ def splat(
 
 
 @nb.njit(cache=True, parallel=True)
-def _loose(
-    u: Floats32,
-    v: Floats32,
-    w: Floats32,
-    taps: int,
-    shape: tuple[int, int],
-    fill: float,
-    blur: float,
-) -> tuple[Ints32, Floats32]:
-    """``taps`` × ``taps`` entries of every sample; those outside the raster are of no light."""
-    height, width = shape
-    reach = 0.5 * (fill + blur)
-    columns = np.zeros(u.size * taps * taps, np.int32)
-    values = np.zeros(u.size * taps * taps, np.float32)
-    for s in nb.prange(u.size):
-        i0, j0 = _first_tap(v[s], reach), _first_tap(u[s], reach)
-        for k in range(taps * taps):
-            i, j = i0 + k // taps, j0 + k % taps
-            if 0 <= i < height and 0 <= j < width:
-                columns[s * taps * taps + k] = i * width + j
-                light = w[s] * _coverage(v[s] - i, fill, blur) * _coverage(u[s] - j, fill, blur)
-                values[s * taps * taps + k] = light
-    return columns, values
-
-
-def splat_loose(
-    u_px: Floats32,
-    v_px: Floats32,
-    weight: Floats32,
-    offsets: Ints,
-    *,
-    shape: tuple[int, int],
-    profile: PixelProfile,
-) -> tuple[Ints, Ints32, Floats32]:
-    """Like :func:`splat`, the entries of a row neither merged nor sorted: for samples that hardly ever meet.
-
-    O(samples), where merging is quadratic in the samples of a row that are far apart.
-    """
-    reach = 0.5 * (float(profile.fill) + float(profile.blur_px))
-    taps = math.ceil(2.0 * reach)
-    columns, values = _loose(u_px, v_px, weight, taps, shape, float(profile.fill), float(profile.blur_px))
-    return offsets * taps * taps, columns, values
-
-
-@nb.njit(cache=True, parallel=True)
 def _centres(u: Floats32, v: Floats32, w: Floats32, offsets: Ints) -> Floats32:
     pixels = offsets.size - 1
     centres = np.full((3, pixels), np.nan, np.float32)
@@ -302,38 +257,3 @@ def response_centres(u_px: Floats32, v_px: Floats32, weight: Floats32, offsets: 
     """Per camera pixel the light-weighted mean u, mean v and standard deviation of u, (3, pixels)."""
     centres: Floats32 = _centres(u_px, v_px, weight, offsets)
     return centres
-
-
-@nb.njit(cache=True)
-def _place(
-    pixel: Ints32,
-    u: Floats32,
-    v: Floats32,
-    w: Floats32,
-    cursor: Ints,
-    out_u: Floats32,
-    out_v: Floats32,
-    out_w: Floats32,
-) -> None:
-    for s in range(pixel.size):
-        k = cursor[pixel[s]]
-        cursor[pixel[s]] = k + 1
-        out_u[k], out_v[k], out_w[k] = u[s], v[s], w[s]
-
-
-def group_by_pixel(
-    samples: list[tuple[Ints32, Floats32, Floats32, Floats32]], pixels: int
-) -> tuple[Floats32, Floats32, Floats32, Ints]:
-    """Sort samples (pixel, u, v, weight) of several bounces by pixel. O(samples + pixels).
-
-    Returns u, v, weight, and the offsets that :func:`splat` wants.
-    """
-    offsets = np.zeros(pixels + 1, np.int64)
-    for pixel, *_ in samples:
-        offsets[1:] += np.bincount(pixel, minlength=pixels)
-    np.cumsum(offsets, out=offsets)
-    u, v, w = (np.empty(offsets[-1], np.float32) for _ in range(3))
-    cursor = offsets[:-1].copy()
-    for pixel, su, sv, sw in samples:
-        _place(pixel, su, sv, sw, cursor, u, v, w)
-    return u, v, w, offsets

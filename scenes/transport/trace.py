@@ -43,7 +43,7 @@ def trace(
     optics
         The true rig.
     samples
-        Per camera pixel; a power of two of at least 4.
+        Per camera pixel; a power of two of at least 2.
     bounces
         Surface interactions of the longest path; 1 is direct light alone.
     seed
@@ -63,21 +63,22 @@ def trace(
     direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
     wanted = np.zeros(view.shape, np.int64)
-    for most_now in (
-        LEAST_SAMPLES,
-        most,
-    ):  # a first round shows where light comes from, and how much it varies
+    white_direct = direct.row_sums().reshape(view.shape).astype(float)
+    # a first round shows where light comes from, and how much it varies
+    for most_now in (LEAST_SAMPLES, most):
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
         spent = np.where(wanted > 0, wanted, samples)
         need = needed_samples(
             variance,
-            direct=direct.row_sums().reshape(view.shape).astype(float),
+            direct=white_direct,
             indirect=_image([(pixels, one.rows.row_sums()) for pixels, one in bounced], view.shape),
             spent=spent,
             seen=seen,
             error=error,
             most=most_now,
         )
+        if not need.any():
+            break
         finds = found(bounced, seen.size)
         for count in np.unique(need[need > 0]).tolist():
             pixels = np.flatnonzero(need == count)

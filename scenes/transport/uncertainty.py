@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
-
-_WINDOW = 5
+from scenes.transport.neighbours import summed
 
 
 def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: int, seen: Bools) -> Floats:
@@ -34,14 +32,8 @@ def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: i
     refined = samples > 0
     independent = variance / np.where(refined, samples, pilot)
     coarse = seen & ~refined
-    pooled = _summed(independent, coarse) / np.maximum(_summed(np.ones(seen.shape), coarse), 1.0)
+    pooled = summed(independent, coarse) / np.maximum(summed(np.ones(seen.shape), coarse), 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.nan_to_num(_summed(scatter, refined) / _summed(independent, refined))
+        gain = np.nan_to_num(summed(scatter, refined) / summed(independent, refined))
     squared = np.where(refined, independent * gain, np.where(coarse, pooled, 0.0))
     return np.asarray(np.sqrt(squared))
-
-
-def _summed(values: Floats, where: Bools) -> Floats:
-    """Sum over each pixel's 5 × 5 neighbourhood of the values that count."""
-    kernel = np.ones((_WINDOW, _WINDOW))
-    return np.asarray(ndimage.convolve(np.where(where, values, 0.0), kernel, mode="constant"))

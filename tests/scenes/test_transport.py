@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.ndimage import binary_erosion
 
-from burrscan.arrays import Floats, Floats32, Ints32
+from burrscan.arrays import Floats, Floats32
 from burrscan.errors import InputError
 from burrscan.rig import View
 from scenes.pose import PoseSpec
@@ -22,7 +22,7 @@ from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
 from scenes.transport.rows import SparseRows, empty_rows
-from scenes.transport.splat import group_by_pixel, splat
+from scenes.transport.splat import splat
 from scenes.transport.stock import stock_ambient, stock_image, stock_images
 from scenes.transport.store import stored
 from scenes.transport.trace import trace
@@ -98,19 +98,6 @@ def test_splat_equals_a_dense_matrix(profile: PixelProfile) -> None:
         for s in range(offsets[pixel], offsets[pixel + 1]):
             want[pixel] += w[s] * np.outer(light(v[s], shape[0]), light(u[s], shape[1]))
     assert np.abs(got - want).max() < 2e-3
-
-
-def test_grouping_keeps_every_sample() -> None:
-    rng = np.random.default_rng(1)
-    parts: list[tuple[Ints32, Floats32, Floats32, Floats32]] = []
-    for n in (50, 70):
-        pixel = np.sort(rng.integers(0, 20, n)).astype(np.int32)
-        u, v, w = (rng.random(n).astype(np.float32) for _ in range(3))
-        parts.append((pixel, u, v, w))
-    _, _, w, offsets = group_by_pixel(parts, 20)
-    sums = np.add.reduceat(np.append(w, 0.0), offsets[:-1]) * (np.diff(offsets) > 0)
-    want = sum(np.bincount(p[0], weights=p[3], minlength=20) for p in parts)
-    assert sums == pytest.approx(want, rel=1e-5)
 
 
 def test_relighting_is_the_matrix_product() -> None:
