@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from burrscan.arrays import Floats, Floats32, Ints
+from burrscan.errors import InputError
 from scenes.transport.aim import found
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
@@ -56,7 +57,14 @@ def trace(
 
     Complexity: O(paths × bounces) rays; memory O(paths that carry light + one pass).
 
+    Raises
+    ------
+    InputError
+        When ``samples`` or ``most`` is no power of two.
+
     """
+    if most & (most - 1):
+        raise InputError(f"most paths per pixel must be a power of two, such as 512 or 1024, not {most}")
     view = optics.rig.camera
     seen = may_see(mi, scene, optics)
     first = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)

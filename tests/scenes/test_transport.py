@@ -191,6 +191,12 @@ def test_a_shifted_projector_is_noticed(mi: Any, wheel: Wheel) -> None:
     assert np.abs((a - b).mean(axis=0)[lit] / np.sqrt(variance[lit])).max() > 20.0
 
 
+def test_most_paths_are_a_power_of_two(mi: Any) -> None:
+    spec = RigSpec(scale=0.125)
+    with pytest.raises(InputError, match="power of two"):
+        trace(mi, None, uneven(spec), most=100)
+
+
 def test_same_seed_same_bits(mi: Any, wheel: Wheel) -> None:
     spec = RigSpec(scale=0.125)
     optics = uneven(spec)
