@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.axis.api import FEWEST, checked_mesh, refuse_flat
 from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.checks import axis_checks
-from burrscan.axis.face import FEWEST, checked_mesh, refuse_flat
 from burrscan.axis.sense import in_sense
 from burrscan.burrs.agreement import agreed
 from burrscan.correspondence import Scan

@@ -16,7 +16,7 @@ from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
 from burrscan.captures.gray_folder import plain_gray_patterns
 from burrscan.captures.png import write_grey
-from burrscan.scan.both import scan_both
+from burrscan.scan.rows_and_columns import scan_rows_and_columns
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.renderer import activate
@@ -185,7 +185,7 @@ def write_coded_boards(
         scanner = SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(seed, i))
         given = {"code": code, "parameters": dict(parameters or {})}
         recorder = RecordingScanner(scanner, folder / f"{i:02d}", scan=ScanDocument("both", given))
-        scan_both(recorder, code=code, parameters=dict(parameters or {}))
+        scan_rows_and_columns(recorder, code=code, parameters=dict(parameters or {}))
         recorder.close()
         written.append(folder / f"{i:02d}")
     return written

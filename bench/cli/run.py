@@ -116,9 +116,9 @@ def _where(given: argparse.Namespace) -> Path:
 def _run(given: argparse.Namespace, out_dir: Path) -> None:
     """Run what is asked for, or what the directory to resume says."""
     from bench.cli.progress import shown
+    from bench.run.cost_model import update_cost_model
     from bench.run.costs import estimate, known_costs
     from bench.run.directory import load_run
-    from bench.run.learn import learn
     from bench.run.runner import run_suite
     from bench.suites.cases import chosen, expand
     from bench.suites.catalogue import load_suite
@@ -139,7 +139,9 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     start = time.monotonic()
     with shown(suite.name) as progress:
         run_suite(suite, out_dir, workers=workers, seed=seed, only=only, progress=progress)
-    learn(default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers)
+    update_cost_model(
+        default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers
+    )
 
 
 def _refuse_code(run: Run, *, trusted: bool) -> None:

@@ -27,9 +27,10 @@ from scenes.scene import scene_document, scene_from
 from scenes.simulate import simulate
 
 _STAGES = (
-    "bracket", "read", "torn", "light_bias_px", "wander_px", "believed", "_fuse", "fuse",
+    "bracket", "read", "mixed_pixels", "light_bias_px", "interreflection_sigma_px", "believed",
+    "_fuse", "fuse",
 )  # fmt: skip
-_PLANNING = ("plan_exposures_ms", "fill", "epipolar_v", "intensities", "patterns")
+_PLANNING = ("plan_exposures_ms", "fill_columns", "epipolar_v", "intensities", "patterns")
 Times = dict[str, list[tuple[float, float]]]
 
 

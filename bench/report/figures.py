@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bench.report import charts, pictures
 from bench.report.axes import round_up
 from bench.report.charts import Mark, Unrolled
-from bench.report.kept import Arrays
+from bench.report.load import Arrays
 from bench.report.sides import Side
 from bench.report.solid import Solid, viewer
 from burrscan.arrays import Ints, Levels

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from bench.compare.result import ArmComparison
-from bench.report.kept import Arrays, load
+from bench.report.load import Arrays, load
 from bench.run import Record, Run
 
 

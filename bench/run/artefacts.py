@@ -30,7 +30,7 @@
 ``burr_z_mm``       (N, 2) float32     burrs found: extent along the true axis
 ``burr_height_mm``  (N,) float32       burrs found: height
 ``burr_match``      (N,) int16         index of the true burr it matches, or -1: a false call
-``mesh_mm``         (V, 3) float32     measured surface, at most 5000 vertices (:mod:`bench.run.coarse`)
+``mesh_mm``         (V, 3) float32     measured surface, at most 5000 vertices (:mod:`bench.run.decimate`)
 ``mesh_faces``      (F, 3) uint16      its faces
 ``mesh_values_mm``  (V,) float16       its deviation from the generatrix found
 ``camera_mm``       (3,) float32       where the camera stood; absent for a mesh that nobody scanned
@@ -52,7 +52,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.run.coarse import coarse_mesh
+from bench.run.decimate import decimated_mesh
 from bench.score.evidence import Evidence
 from bench.score.matching import Place
 from bench.score.part import MeshEvidence, MeshTruth, PartEvidence
@@ -135,7 +135,7 @@ def _found_maps(grid: UnrolledGrid, points_mm: Floats, evidence: PartEvidence) -
 
 
 def _mesh(points_mm: Floats, faces: Ints32, evidence: PartEvidence) -> dict[str, NDArray[Any]]:
-    mesh = coarse_mesh(points_mm, faces, evidence.inspection.deviation_mm)
+    mesh = decimated_mesh(points_mm, faces, evidence.inspection.deviation_mm)
     return {"mesh_mm": mesh.vertices_mm, "mesh_faces": mesh.faces, "mesh_values_mm": mesh.values}
 
 

@@ -1,5 +1,5 @@
 """Finding the axis of a surface of revolution."""
 
-from burrscan.axis.face import METHODS, find_axis
+from burrscan.axis.api import METHODS, find_axis
 
 __all__ = ["METHODS", "find_axis"]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.found import bare_axis, patches
+from burrscan.axis.rivals_common import bare_axis, patches
 from burrscan.inspection import Axis
 
 ALIKE = 4.0

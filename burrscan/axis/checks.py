@@ -7,7 +7,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import canonical_cloud, moments, voxel_moments
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 from burrscan.axis.sections import fit_circles, sections
 from burrscan.axis.starts import WIDTH, angle_cost, candidate_axes
 from burrscan.axis.surfels import Surfels, surfels_of

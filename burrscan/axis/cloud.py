@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 from burrscan.strays import FAR, beyond
 
 FINE_SIDE = 0.03

@@ -16,7 +16,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints16, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.cloud import REACH
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 from burrscan.axis.ridges import GATE, Pieces, find_pieces, meridian_bounds
 
 TUKEY = 5.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.found import bare_axis, patches
+from burrscan.axis.rivals_common import bare_axis, patches
 from burrscan.axis.surfels import Surfels
 from burrscan.inspection import Axis
 

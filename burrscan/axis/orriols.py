@@ -11,8 +11,8 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.cloud import canonical_cloud, voxel_moments
 from burrscan.axis.fit import frame_of, rotation_by
-from burrscan.axis.found import bare_axis
 from burrscan.axis.line_complex import find_axis_line_complex_robust
+from burrscan.axis.rivals_common import bare_axis
 from burrscan.inspection import Axis
 
 STEEPEST = 5.0

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.found import bare_axis, patches
 from burrscan.axis.line_complex import fit_complex
+from burrscan.axis.rivals_common import bare_axis, patches
 from burrscan.axis.starts import WIDTH, descend
 from burrscan.axis.surfels import Surfels
 from burrscan.inspection import Axis

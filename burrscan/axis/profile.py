@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
+from burrscan.axis.ambiguity import undetermined
 from burrscan.axis.basis import perpendicular_basis, sensed
 from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
-from burrscan.axis.degenerate import undetermined
-from burrscan.axis.dense import densified
+from burrscan.axis.covariance import AxisCovariance, covariance_of
 from burrscan.axis.fit import FLOOR, Fit, refine
 from burrscan.axis.ridges import SPACING
 from burrscan.axis.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
-from burrscan.axis.spread import Spread, spread_of
 from burrscan.axis.starts import FARTHEST, candidate_axes
+from burrscan.axis.subdivide import subdivided
 from burrscan.axis.surfels import surfels_of
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
@@ -66,7 +66,7 @@ def find_axis_profile(
     cloud = canonical_cloud(vertices_mm, sigma_mm)
     raw, corners = cloud.points, None
     if faces is not None and len(faces) and sigma_mm is None:
-        raw, faces = densified(cloud.points, faces)
+        raw, faces = subdivided(cloud.points, faces)
         corners = None if raw is cloud.points else cloud.points
     pitch = 0.0
     if faces is not None and len(faces):
@@ -100,10 +100,10 @@ def find_axis_profile(
     ]  # fmt: skip
     if corners is not None:  # no noise is stated there, so that there is one fit
         fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
-    spreads = [spread_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
-    fit, spread = min(zip(fits, spreads, strict=True), key=lambda one: openness(one[1]))
-    flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, spread=spread)
-    return axis_of(cloud, fit, spread, evaluations + fit.steps, flags)
+    stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
+    fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
+    flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
+    return axis_of(cloud, fit, known, evaluations + fit.steps, flags)
 
 
 def _by_corners(
@@ -123,15 +123,15 @@ def _by_corners(
     return last, corners, corners
 
 
-def openness(spread: Spread) -> float:
-    """Logarithm of the volume of what a fit leaves open.
+def log_covariance_determinant(known: AxisCovariance) -> float:
+    """Logarithm of the determinant of a fit's covariance, the square of its uncertainty ellipsoid's volume.
 
     Weights by the stated noise are best where errors are those of pixels alone. Errors that neighbours share
     (light that bounces, footprints on curved metal) are as large where the noise is small, and there such
-    weights hand the axis to a few quiet places. Sectors of the part then disagree, and equal weights leave
-    less open.
+    weights hand the axis to a few quiet places. Sectors of the part then disagree, and equal weights have the
+    smaller determinant.
     """
-    sign, volume = np.linalg.slogdet(spread.covariance)
+    sign, volume = np.linalg.slogdet(known.covariance)
     return float(volume) if sign > 0.0 else np.inf
 
 
@@ -177,7 +177,7 @@ def thickness(fit: Fit, total: float) -> float:
     return fit.sigma * total / fit.inliers
 
 
-def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int, flags: tuple[str, ...]) -> Axis:
+def axis_of(cloud: Cloud, fit: Fit, known: AxisCovariance, evaluations: int, flags: tuple[str, ...]) -> Axis:
     """Turn a fit in the canonical frame into an axis in the frame of the mesh."""
     direction = cloud.rotation @ fit.frame[:, 2]
     direction = sensed(direction / np.linalg.norm(direction))
@@ -188,7 +188,7 @@ def axis_of(cloud: Cloud, fit: Fit, spread: Spread, evaluations: int, flags: tup
     move[2, 1], move[3, 0] = -along, along  # the offset at the stated point, not at the fit's own
     turn = np.zeros((4, 4))
     turn[:2, :2], turn[2:, 2:] = change, cloud.scale_mm * change
-    covariance = turn @ move @ spread.covariance @ move.T @ turn.T
+    covariance = turn @ move @ known.covariance @ move.T @ turn.T
     for flag, part, size in (
         ("direction", slice(0, 2), np.pi / 2),
         ("position", slice(2, 4), cloud.scale_mm),

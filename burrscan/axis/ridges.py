@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints16
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 
 CELLS_PER_BLUR = 1.5
 FINER = 4

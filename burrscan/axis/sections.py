@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints32
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 
 
 def ransac_rounds(rejected: float, *, confidence: float = 0.99, sample: int = 3) -> float:

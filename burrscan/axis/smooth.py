@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 
 EDGE_LIMIT = 3.0
 """Edges longer than this many median edges join different surfaces, or an outlier, and carry nothing."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.kernel import kernel, summing
+from burrscan.axis.jit import kernel, summing
 from burrscan.axis.surfels import Surfels
 
 WIDTH = 0.08

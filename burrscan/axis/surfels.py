@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 
 COARSE = 3
 """A surfel's voxel is this many fine voxels wide."""

@@ -10,7 +10,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
-from burrscan.burrs.narrow import STEEPEST
+from burrscan.burrs.grid_posterior import STEEPEST
 from burrscan.burrs.patch import Patch
 from burrscan.burrs.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, height_of, misfit_of
 from burrscan.inspection import Axis, Burr, Value

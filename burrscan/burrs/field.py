@@ -9,7 +9,7 @@ from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.border import border_spread_mm, inner
-from burrscan.burrs.stated import calibrated
+from burrscan.burrs.sigma_calibration import calibrated
 from burrscan.generatrix.cells import arc_of
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.contrast import boxed, convincing, without_satellites
+from burrscan.burrs.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
-from burrscan.burrs.shared import Doubt, Noise, doubt_of, noise_around
+from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 
 _MARGIN = 4

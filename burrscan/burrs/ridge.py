@@ -14,7 +14,7 @@ from numba import njit
 from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.burrs.narrow import REACH, posterior_of
+from burrscan.burrs.grid_posterior import REACH, posterior_of
 from burrscan.burrs.patch import Patch
 from burrscan.burrs.section import section, sections
 
@@ -342,7 +342,7 @@ def _descend(
 
 
 def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
-    """A ridge of few vertices across: see :mod:`burrscan.burrs.narrow`."""
+    """A ridge of few vertices across: see :mod:`burrscan.burrs.grid_posterior`."""
     _, centre, slope, _, _ = ridge.parameters
     near = _part(patch, np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
     slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing) if len(near.u_mm) else False

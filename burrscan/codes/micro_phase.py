@@ -1,6 +1,6 @@
 """Micro phase shifting: upright sine stripes of several close, fine periods.
 
-All patterns have nearly one high frequency, so neither defocus nor light by way of other surfaces treats them
+All patterns have nearly one high frequency, so neither defocus nor interreflected light treats them
 differently, and the column follows from the phases together (Gupta & Nayar 2012). Here every period has three
 steps of its own, and the columns are compared by least squares of the phasors.
 """

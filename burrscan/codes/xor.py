@@ -1,7 +1,7 @@
 """XOR codes: Gray code without wide stripes.
 
 Every bit is combined with the finest one by exclusive or before it is shown, and again after it is read, so
-that all patterns are of high frequency and light by way of other surfaces tells no bit (Gupta, Agrawal,
+that all patterns are of high frequency and interreflected light tells no bit (Gupta, Agrawal,
 Veeraraghavan, Narasimhan 2011, logical codes).
 """
 

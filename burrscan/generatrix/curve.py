@@ -8,14 +8,14 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix.cells import Cells, Scale, cells_of, scale_of, trusted
+from burrscan.generatrix.covariance import band_mm
+from burrscan.generatrix.covariance import sigma_mm as curve_sigma_mm
 from burrscan.generatrix.creases import sharpened
 from burrscan.generatrix.ends import extended, trimmed
 from burrscan.generatrix.outside import oriented
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import Step, smooth_tangents, step
-from burrscan.generatrix.spread import band_mm
-from burrscan.generatrix.spread import sigma_mm as spread_sigma_mm
 from burrscan.generatrix.tracing import trace
 from burrscan.inspection import Axis, Generatrix
 
@@ -146,7 +146,7 @@ def _exact(
             tangents=tangents,
         )
         foot = feet(data.z_mm, data.r_mm, fit.line, near, overshoot_mm=0.5 * side)
-    sigma = spread_sigma_mm(fit, foot, data.angle, arc, stated_mm)
+    sigma = curve_sigma_mm(fit, foot, data.angle, arc, stated_mm)
     return _described(fit.line, sigma, band_mm(fit.line, foot))
 
 

@@ -4,7 +4,7 @@ METHODS = {
     "fixed": "burrscan.scan.fixed:scan_fixed",
     "adaptive": "burrscan.scan.adaptive:scan_adaptive",
     "multi_exposure": "burrscan.scan.multi_exposure:scan_multi_exposure",
-    "both": "burrscan.scan.both:scan_both",
+    "both": "burrscan.scan.rows_and_columns:scan_rows_and_columns",
     "seed": "burrscan.scan.seed:scan_seed",
     "single_shot": "burrscan.scan.single_shot:scan_single_shot",
     "colour": "burrscan.colour.scan:scan_colour",

@@ -14,8 +14,8 @@ from burrscan.correspondence import Scan
 from burrscan.errors import InputError
 from burrscan.linear import linear
 from burrscan.scan.exposure import Response, bracket, even
+from burrscan.scan.fill_columns import fill_columns
 from burrscan.scan.fusion import believed, fuse
-from burrscan.scan.guess import fill
 from burrscan.scan.intensity import intensities
 from burrscan.scan.matched import LEAST_FREQUENCIES, Reading
 from burrscan.scan.plan import plan_exposures_ms
@@ -123,7 +123,7 @@ def _intensity(
     """From what the crude round knows to the light of the final one."""
     known = np.isfinite(crude.u_px)
     lit = response.signal_e_per_ms * exposure_ms > 3.0 * scanner.camera.read_noise_e
-    guessed = fill(crude.u_px, known, wanted=lit)
+    guessed = fill_columns(crude.u_px, known, wanted=lit)
     return intensities(
         guessed,
         epipolar_v(guessed, scanner.rig),

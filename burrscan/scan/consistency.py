@@ -1,4 +1,4 @@
-"""Pixels judged by their neighbours: lone outliers, and footprints torn over the border of the known."""
+"""Pixels judged by their neighbours: lone outliers, and mixed pixels at the border of the known."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def consistent(
     nearest = np.fmin(np.abs(0.5 * (left + right) - u_px), np.abs(0.5 * (up + down) - u_px))
     with np.errstate(invalid="ignore"):
         off = nearest > outlier_px + outlier_z * sigma_px
-    torn = (neighbours < 4) & (misfit < _FITTING) & (lost - _least_around(lost, u_px) > most_lost)
-    good: Bools = np.isfinite(u_px) & ~off & ~torn & (neighbours >= 2)
+    mixed = (neighbours < 4) & (misfit < _FITTING) & (lost - _least_around(lost, u_px) > most_lost)
+    good: Bools = np.isfinite(u_px) & ~off & ~mixed & (neighbours >= 2)
     return good
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from burrscan.arrays import Bools, Floats32
 from burrscan.correspondence import Correspondence
 from burrscan.scan.consistency import consistent
-from burrscan.scan.continued import continued
 from burrscan.scan.matched import Reading
+from burrscan.scan.region_growing import grow_regions
 
 _DIRECT_DOMINATES = 0.5
 _APART_Z = 6.0
@@ -54,7 +54,7 @@ def believed(crude: Reading, final: Reading, *, max_sigma_px: float) -> tuple[Bo
     for one in weak:
         sigma = np.where(np.isfinite(u), sigma, one.sigma_u_px)
         u = np.where(np.isfinite(u), u, one.u_px)
-    surface = continued(u, sigma, sure & np.isfinite(u))
+    surface = grow_regions(u, sigma, sure & np.isfinite(u))
     with np.errstate(invalid="ignore"):
         last, first = (surface & (np.abs(one.u_px - u) <= _APART_Z * one.sigma_u_px) for one in weak)
     return first, last

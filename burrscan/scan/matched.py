@@ -1,7 +1,7 @@
 """Reading a round of stripes: a matched filter along the epipolar line.
 
 A pixel's phasors, one per frequency, are compared with those that each column on its epipolar line predicts.
-The sum is coherent: direct light adds up at one column, noise and light by way of other surfaces do not.
+The sum is coherent: direct light adds up at one column, noise and interreflected light do not.
 Around the best column the maximum-likelihood fit of column, row and amplitude gives the result; how badly the
 phasors fit widens its sigma and divides the lead over the second best column.
 
@@ -18,11 +18,10 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
-from burrscan.codes.phase import add_light, add_wave
 from burrscan.devices import CameraSheet
 from burrscan.rig import Rig
-from burrscan.scan.circle import cosine_sine
 from burrscan.scan.epipolar import epipolar_nodes
+from burrscan.scan.phasors import cosine_sine, phasors_of, row_sums, sheet_of, turns_of
 from burrscan.scan.stripes import Stripes
 
 _GRID_PX = 1.5
@@ -51,7 +50,7 @@ class Reading:
     direct_e
         Electrons that full light adds directly.
     lost
-        Light by way of other surfaces per direct light, at least: what full light shows beyond the
+        Interreflected light per direct light, at least: what full light shows beyond the
         stripes' modulation.
     misfit
         chi² per degree of freedom of the phasors.
@@ -134,12 +133,6 @@ def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e:
     return Reading(u, v, sigma_u, sigma_v, direct_e, lost, misfit, lead, off_line, clipped)
 
 
-def sheet_of(camera: CameraSheet) -> Floats:
-    """What kernels need of a data sheet: black level, gain, variance in the dark, saturation, in DN."""
-    floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
-    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.saturation_dn])
-
-
 @njit(cache=True, parallel=True, nogil=True)
 def _read(
     images: Image, f: Floats, g: Floats, nodes: Floats32, dark: Floats32, sheet: Floats, columns: int
@@ -151,9 +144,9 @@ def _read(
     for r in prange(height):
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
-        sums = _row_sums(images, r, turns)
+        sums = row_sums(images, r, turns)
         for c in range(width):
-            mean, usable = _phasors_of(sums, c, sheet, turns.shape[1], z, variance)
+            mean, usable = phasors_of(sums, c, sheet, turns.shape[1], z, variance)
             clipped[r, c] = usable < len(f)
             if usable < LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
@@ -251,76 +244,6 @@ def _sure(
     v = _row_at(nodes, u, 0.0)
     fit = _fit(z, variance, f, g, u, v)
     return (*fit, lead / (max(fit[6], 1.0) * ratio), v)
-
-
-@njit(cache=True, nogil=True)
-def turns_of(steps: int) -> Floats:
-    """Cosines and sines (2, steps) of the steps."""
-    angles = 2.0 * np.pi * np.arange(steps) / steps
-    return np.stack((np.cos(angles), np.sin(angles)))
-
-
-@njit(cache=True, nogil=True)
-def _row_sums(images: Image, r: int, turns: Floats) -> Floats32:
-    """A row's sums (4, K, w) over each frequency's steps: by cosine, by sine, plain, and the highest value.
-
-    Each frame is read once, in order.
-    """
-    steps = turns.shape[1]
-    count = images.shape[0] // steps
-    sums = np.zeros((4, count, images.shape[2]), np.float32)
-    for j in range(count):
-        for n in range(steps):
-            row = images[j * steps + n, r]
-            add_wave(row, np.float32(turns[0, n]), np.float32(turns[1, n]), sums[0, j], sums[1, j])
-            add_light(row, sums[2, j], sums[3, j])
-    return sums
-
-
-@njit(cache=True, nogil=True)
-def _phasors_of(
-    sums: Floats32, c: int, sheet: Floats, steps: int, z: Complexes, variance: Floats
-) -> tuple[float, int]:
-    """:func:`phasors` of a pixel from its row's sums."""
-    black, gain, floor, saturation = sheet
-    usable, total = 0, 0.0
-    for j in range(len(z)):
-        z[j] = complex(sums[0, j, c], sums[1, j, c]) * (2.0 / steps)
-        light = sums[2, j, c] / steps - black
-        variance[j] = (gain * max(light, 0.0) + floor) * (2.0 / steps)
-        if sums[3, j, c] < saturation:
-            usable += 1
-            total += light
-        else:
-            variance[j] = np.inf
-    return total / max(usable, 1), usable
-
-
-@njit(cache=True, nogil=True)
-def phasors(
-    images: Image, r: int, c: int, sheet: Floats, turns: Floats, z: Complexes, variance: Floats
-) -> tuple[float, int]:
-    """Complex amplitude of each frequency and its variance per component; clipped ones weigh nothing."""
-    black, gain, floor, saturation = sheet
-    steps = images.shape[0] // len(z)
-    usable, total = 0, 0.0
-    for j in range(len(z)):
-        a, b, light = 0.0, 0.0, 0.0
-        whole = True
-        for n in range(steps):
-            value = float(images[j * steps + n, r, c])
-            whole &= value < saturation
-            a += value * turns[0, n]
-            b += value * turns[1, n]
-            light += value - black
-        z[j] = complex(a, b) * (2.0 / steps)
-        variance[j] = (gain * max(light / steps, 0.0) + floor) * (2.0 / steps)
-        if whole:
-            usable += 1
-            total += light / steps
-        else:
-            variance[j] = np.inf
-    return total / max(usable, 1), usable
 
 
 @njit(cache=True, nogil=True)

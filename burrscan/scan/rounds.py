@@ -9,11 +9,11 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Image
 from burrscan.codes.code import patterns
 from burrscan.scan.exposure import Response
+from burrscan.scan.interreflection_sigma import interreflection_sigma_px
 from burrscan.scan.known_light import light_bias_px
 from burrscan.scan.matched import Reading, read
+from burrscan.scan.mixed_pixels import mixed_pixels
 from burrscan.scan.stripes import Stripes
-from burrscan.scan.torn import torn
-from burrscan.scan.wander import wander_px
 from burrscan.scanner import Patterns, Scanner
 
 
@@ -43,12 +43,12 @@ def look(
 def settled(one: Round, believed: Bools, scanner: Scanner) -> Reading:
     """The round's reading at the pixels believed.
 
-    Torn footprints are left out, the known light's bias is taken off, and what columns wander by other light
-    widens the sigmas.
+    Mixed pixels are left out, the known light's bias is taken off, and what interreflected light moves
+    columns by widens the sigmas.
     """
     reading = one.reading.without(~believed)
-    reading = reading.without(torn(reading, one.images, one.code, camera=scanner.camera))
+    reading = reading.without(mixed_pixels(reading, one.images, one.code, camera=scanner.camera))
     bias_px = light_bias_px(reading.u_px, reading.v_px, one.shown, one.code, sheet=scanner.projector)
     u_px = reading.u_px - bias_px
-    wander = wander_px(u_px, reading.sigma_u_px, reading.lost)
-    return replace(reading, u_px=u_px, sigma_u_px=np.hypot(reading.sigma_u_px, wander))
+    moved = interreflection_sigma_px(u_px, reading.sigma_u_px, reading.lost)
+    return replace(reading, u_px=u_px, sigma_u_px=np.hypot(reading.sigma_u_px, moved))

@@ -26,7 +26,7 @@ from burrscan.devices import CameraSheet
 from burrscan.linear import linear
 from burrscan.scan.consistency import shifted
 from burrscan.scan.exposure import Response, even, sine_sigma_px
-from burrscan.scan.guess import fill
+from burrscan.scan.fill_columns import fill_columns
 from burrscan.scanner import Scanner
 from burrscan.triangulation import epipolar_v
 
@@ -96,7 +96,7 @@ def scan_seed(
     intensity = None
     if adapt:
         wanted = crude.response.signal_e_per_ms * final_ms > 3.0 * camera.read_noise_e
-        u_px = fill(crude.u_px, np.isfinite(crude.u_px), wanted=wanted)
+        u_px = fill_columns(crude.u_px, np.isfinite(crude.u_px), wanted=wanted)
         light = fill_share * camera.full_well_e / (brightest(u_px, scanner, crude.response) * final_ms)
         intensity = np.clip(light, least, 1.0)
     code = gray_phase(width=view.width, period_px=period_px, steps=steps, mask_clipped=mask_clipped)

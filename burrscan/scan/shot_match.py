@@ -1,7 +1,7 @@
 """Reading stripes from one picture: sure places first, then their neighbours, by least squares on windows.
 
 Reliability-guided digital image correlation (Pan 2009) against the known light: a window of the picture is
-``gain · light(u + p dx + q dy + k dx² / 2) + offset + tilt dx``; the last two are other surfaces' light. On a
+``gain · light(u + p dx + q dy + k dx² / 2) + offset + tilt dx``; the last two are interreflected light. On a
 coarse grid the whole raster is searched for ``u``; a place that is sure starts a wave, in which every pixel
 takes over from its best neighbour and is refined.
 """

@@ -21,7 +21,7 @@ from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
 from burrscan.linear import linear
 from burrscan.scan.exposure import Response, best_exposure_ms, bracket
-from burrscan.scan.guess import fill
+from burrscan.scan.fill_columns import fill_columns
 from burrscan.scan.intensity import intensities
 from burrscan.scan.shot_code import stripe_light
 from burrscan.scan.shot_match import Shot, accepted, read_shot
@@ -75,7 +75,7 @@ def scan_single_shot(
     mask = accepted(first, width=width, max_sigma_px=max_sigma_px)
     final_ms = _longest_ms(scanner, response, least=least_intensity)
     lit = response.signal_e_per_ms * final_ms > _LEAST_SIGNAL * scanner.camera.read_noise_e
-    guessed = fill(np.where(mask, first.u_px, np.float32(np.nan)), mask, wanted=lit)
+    guessed = fill_columns(np.where(mask, first.u_px, np.float32(np.nan)), mask, wanted=lit)
     stripe_px = _stripe_px(first, stripe_px)
     light = intensities(
         guessed,

@@ -1,6 +1,6 @@
 """The adaptive scan's patterns: fine slanted sine stripes of many frequencies, three steps each.
 
-Every frame is of high frequency in both directions, so light that arrives by way of other surfaces, which
+Every frame is of high frequency in both directions, so interreflected light, which
 spreads over many projector pixels, is averaged out before it can follow a pattern; with one frequency only it
 would still pull every phase the same way, with many it pulls each in another direction (after Gupta & Nayar
 2012, micro phase shifting, whose stripes are upright and of nearly equal period). The slant makes light from

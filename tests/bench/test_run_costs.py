@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.run.cost_model import update_cost_model
 from bench.run.costs import SHIPPED, estimate, known_costs, pipeline_key
 from bench.run.directory import Run, RunDirectory
-from bench.run.learn import learn
 from bench.run.records import Failure, Record
 from bench.suites.case import Case
 from bench.suites.cases import expand
@@ -46,7 +46,7 @@ def test_what_was_learned_is_what_the_next_run_is_said_to_take(tmp_path: Path) -
     cases = expand(SUITE)
     run = run_of(SUITE, cases, tmp_path / "run")
     spent_s = 10 * (2.5 + 3.0 + 1.0) - 1.0
-    learn(tmp_path, run, cases, wall_s=15.0 + 1.5 * spent_s / 2, workers=2)
+    update_cost_model(tmp_path, run, cases, wall_s=15.0 + 1.5 * spent_s / 2, workers=2)
     costs = known_costs(tmp_path)
     assert costs.seconds["scene"] == pytest.approx(2.5 / MEGAPIXELS)
     assert costs.seconds[pipeline_key(SUITE.variant[0])] == pytest.approx(3.0 / MEGAPIXELS)
@@ -62,7 +62,7 @@ def test_what_was_learned_is_what_the_next_run_is_said_to_take(tmp_path: Path) -
 def test_light_that_was_only_read_does_not_make_tracing_cheap(tmp_path: Path) -> None:
     cases = expand(SUITE)
     for transport_s in (2.0, 0.0):
-        learn(
+        update_cost_model(
             tmp_path,
             run_of(SUITE, cases, tmp_path / "run", transport_s=transport_s),
             cases,
@@ -75,9 +75,9 @@ def test_light_that_was_only_read_does_not_make_tracing_cheap(tmp_path: Path) ->
 def test_short_runs_and_broken_files_teach_nothing(tmp_path: Path) -> None:
     cases = expand(SUITE)
     run = run_of(SUITE, cases, tmp_path / "run")
-    learn(tmp_path, run, cases, wall_s=20.0, workers=1)
-    learn(tmp_path, run, cases[:3], wall_s=90.0, workers=1)
-    learn(None, run, cases, wall_s=90.0, workers=1)
+    update_cost_model(tmp_path, run, cases, wall_s=20.0, workers=1)
+    update_cost_model(tmp_path, run, cases[:3], wall_s=90.0, workers=1)
+    update_cost_model(None, run, cases, wall_s=90.0, workers=1)
     assert known_costs(tmp_path) is known_costs(None) is SHIPPED
     (tmp_path / "costs.json").write_text("{")
     assert known_costs(tmp_path) is SHIPPED

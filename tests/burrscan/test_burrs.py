@@ -16,7 +16,7 @@ from burrscan.burrs import burrs_residual, burrs_seed
 from burrscan.burrs.detect import BOXES, evidence_of, threshold
 from burrscan.burrs.field import field_of
 from burrscan.burrs.seed import _planes_cut, burrs_seed_literal
-from burrscan.burrs.stated import calibrated
+from burrscan.burrs.sigma_calibration import calibrated
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm

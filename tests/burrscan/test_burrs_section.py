@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from burrscan.burrs.narrow import posterior_of
+from burrscan.burrs.grid_posterior import posterior_of
 from burrscan.burrs.patch import Patch
 from burrscan.burrs.ridge import first_ridge, fit_ridge
 from burrscan.burrs.section import section, sections

@@ -12,7 +12,7 @@ from bench.axis.spec import MeshSpec, scanned
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
-from burrscan.generatrix.spread import _between
+from burrscan.generatrix.covariance import _between
 from burrscan.meshio import read_mesh
 from burrscan.pose import rigid
 

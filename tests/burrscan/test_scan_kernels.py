@@ -3,8 +3,8 @@
 import numpy as np
 
 from burrscan.devices import CameraSheet
-from burrscan.scan.circle import cosine_sine
-from burrscan.scan.matched import _median, _phasors_of, _row_sums, phasors, sheet_of, turns_of
+from burrscan.scan.matched import _median
+from burrscan.scan.phasors import cosine_sine, phasors, phasors_of, row_sums, sheet_of, turns_of
 
 CAMERA = CameraSheet()
 
@@ -22,10 +22,10 @@ def test_a_rows_phasors_are_each_pixels() -> None:
     images[:, :, ::4] = np.minimum(images[:, :, ::4], CAMERA.saturation_dn - 1)
     images[4, 1, 3] = CAMERA.saturation_dn
     sheet, turns = sheet_of(CAMERA), turns_of(steps)
-    sums = _row_sums(images, 1, turns)
+    sums = row_sums(images, 1, turns)
     for c in range(images.shape[2]):
         z, variance, plain_z, plain = (np.empty(count, t) for t in (complex, float, complex, float))
-        found = _phasors_of(sums, c, sheet, steps, z, variance)
+        found = phasors_of(sums, c, sheet, steps, z, variance)
         np.testing.assert_allclose(found, phasors(images, 1, c, sheet, turns, plain_z, plain), rtol=1e-6)
         # single precision on 10 bits, noise is 1 DN and more
         np.testing.assert_allclose(z, plain_z, atol=2e-4)

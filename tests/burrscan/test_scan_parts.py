@@ -10,14 +10,14 @@ from burrscan.rig import NO_DISTORTION
 from burrscan.scan.consistency import consistent
 from burrscan.scan.epipolar import epipolar_nodes
 from burrscan.scan.exposure import Response
-from burrscan.scan.guess import fill
+from burrscan.scan.fill_columns import fill_columns
 from burrscan.scan.intensity import intensities
+from burrscan.scan.interreflection_sigma import interreflection_sigma_px
 from burrscan.scan.known_light import light_bias_px
 from burrscan.scan.matched import Reading, read
+from burrscan.scan.mixed_pixels import mixed_pixels
 from burrscan.scan.plan import plan_exposures_ms
 from burrscan.scan.stripes import side_lobe, stripes
-from burrscan.scan.torn import torn
-from burrscan.scan.wander import wander_px
 from burrscan.triangulation import camera_rays
 from tests.burrscan.instrument import Instrument, plane_depth, small_rig
 
@@ -40,7 +40,7 @@ def look(instrument: Instrument, intensity: Floats | None = None, exposure_ms: f
         images, CODE, camera=instrument.camera, rig=rig, dark_e=(exposure_ms * dark).astype(np.float32)
     )
     reading = reading.blanked(max_sigma_px=0.35)
-    reading = reading.without(torn(reading, images, CODE, camera=instrument.camera))
+    reading = reading.without(mixed_pixels(reading, images, CODE, camera=instrument.camera))
     bias = light_bias_px(reading.u_px, reading.v_px, shown, CODE, sheet=instrument.projector)
     return Reading(**{**vars(reading), "u_px": reading.u_px - bias})
 
@@ -134,22 +134,22 @@ def test_lone_outliers_go_and_edges_stay() -> None:
     assert good.sum() >= good.size - 5
 
 
-def test_wander_is_learnt() -> None:
+def test_the_sigma_of_interreflected_light_is_learnt() -> None:
     rng = np.random.default_rng(2)
     lost = np.full((80, 80), 0.2, np.float32)
     sigma = np.full((80, 80), 0.02, np.float32)
     ramp = 0.8 * np.arange(80)
     still = (ramp + rng.normal(0.0, 0.02, (80, 80))).astype(np.float32)
     moved = (still + rng.normal(0.0, 0.2 * 0.5, (80, 80))).astype(np.float32)
-    assert (wander_px(still, sigma, lost) / lost).max() < 0.03
-    assert wander_px(moved, sigma, lost) / lost == pytest.approx(0.5, rel=0.06)
+    assert (interreflection_sigma_px(still, sigma, lost) / lost).max() < 0.03
+    assert interreflection_sigma_px(moved, sigma, lost) / lost == pytest.approx(0.5, rel=0.06)
 
 
 def test_holes_are_filled_smoothly() -> None:
     rows, columns = np.mgrid[:96, :128].astype(np.float32)
     u = 0.7 * columns + 0.002 * (rows - 40.0) ** 2
     known = np.hypot(rows - 50.0, columns - 60.0) > 14.0
-    filled = fill(np.where(known, u, np.nan).astype(np.float32), known, wanted=np.ones_like(known))
+    filled = fill_columns(np.where(known, u, np.nan).astype(np.float32), known, wanted=np.ones_like(known))
     assert np.abs(filled - u).max() < 2.0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
-from burrscan.axis.kernel import kernel
+from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
 SECTORS = 64
@@ -22,7 +22,7 @@ LEAST_FREEDOM = 2.0
 
 
 @dataclass(frozen=True)
-class Spread:
+class AxisCovariance:
     """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and how much of the information is real.
 
     Parameters
@@ -81,14 +81,14 @@ def _tally(
     scores: Floats,
     slopes: Floats,
 ) -> Floats:
-    """Everything :func:`spread_of` needs, in one pass.
+    """Everything :func:`covariance_of` needs, in one pass.
 
     ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
     per piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it.
     The result is the upper triangle of Σ w J Jᵀ. The piece and J of a point come from its smoothed position,
     its residual from the raw one: smoothing correlates neighbours, and what the pose makes of a
     neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with the residual
-    would shrink the stated spread.
+    would shrink the stated uncertainty.
     """
     A = np.zeros(10)
     for i in range(points.shape[0]):
@@ -148,7 +148,7 @@ def _spurious(slopes: Floats, spacing: float) -> Floats:
     return np.asarray(total / spacing**2)
 
 
-def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
+def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> AxisCovariance:
     """Uncertainty of a fit. O(V).
 
     The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
@@ -165,7 +165,7 @@ def spread_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Spread:
     known, sums, shares, squares, freedom = _condensed(scores)
     A = _full(A) - known
     variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
-    return _spread(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
+    return _composed(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
 
 
 @kernel
@@ -247,7 +247,7 @@ def _quantile_ratio(widening: float, freedom: float) -> float:
     return 1.0 + inverse * (first + inverse * second)
 
 
-def _spread(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> Spread:
+def _composed(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> AxisCovariance:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
@@ -257,4 +257,4 @@ def _spread(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance:
     real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
     basis = whiten @ modes
     covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening
-    return Spread(covariance, float(real[0]), float(np.sqrt(variance)))
+    return AxisCovariance(covariance, float(real[0]), float(np.sqrt(variance)))

@@ -7,7 +7,7 @@ import trimesh
 from bench.axis.revolution import axis_angle_deg, profile_of, random_pose, revolution_scan
 from burrscan import inspect_mesh
 from burrscan.axis import find_axis
-from burrscan.axis.dense import COARSE, TARGET, densified
+from burrscan.axis.subdivide import COARSE, TARGET, subdivided
 
 
 @pytest.mark.parametrize("sections", [24, 200])
@@ -31,7 +31,7 @@ def test_a_box_is_looked_at_without_complaint() -> None:
 
 def test_faces_are_cut_until_they_are_small_and_cover_the_same_surface() -> None:
     box = trimesh.creation.box((1.0, 0.3, 2.0))
-    points, faces = densified(box.vertices, np.asarray(box.faces, np.int32))
+    points, faces = subdivided(box.vertices, np.asarray(box.faces, np.int32))
     np.testing.assert_array_equal(points[:8], box.vertices)
     fine = trimesh.Trimesh(points, faces, process=False)
     assert fine.edges_unique_length.max() <= TARGET
@@ -42,7 +42,7 @@ def test_faces_are_cut_until_they_are_small_and_cover_the_same_surface() -> None
 def test_a_scan_stays_as_it_is() -> None:
     scan = revolution_scan(shape=(160, 80), sigma_mm=0.2)
     points = scan.vertices_mm / np.linalg.norm(np.ptp(scan.vertices_mm, axis=0)) * 2.0
-    same, faces = densified(points, scan.faces)
+    same, faces = subdivided(points, scan.faces)
     assert same is points
     assert faces is scan.faces
     assert np.median(np.linalg.norm(points[faces[:, 0]] - points[faces[:, 1]], axis=1)) < COARSE

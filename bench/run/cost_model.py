@@ -23,7 +23,9 @@ _MADE = ("wheel", "transport", "truth", "mesh")
 _LEAST_S, _LEAST_CASES = 60.0, 8  # a shorter run says more of its start than of its cases
 
 
-def learn(folder: Path | None, run: Run, cases: Iterable[Case], *, wall_s: float, workers: int) -> None:
+def update_cost_model(
+    folder: Path | None, run: Run, cases: Iterable[Case], *, wall_s: float, workers: int
+) -> None:
     """Leave the figures of a sitting's cases in ``folder``; one too short to tell teaches nothing."""
     done = {case.id: megapixels(run.suite, case) for case in cases}
     records = [r for r in run.records if r.case in done and r.failure is None]

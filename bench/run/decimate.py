@@ -15,8 +15,8 @@ _GROWTH = 1.12
 
 
 @dataclass(frozen=True)
-class CoarseMesh:
-    """A mesh of few vertices.
+class DecimatedMesh:
+    """A decimated mesh.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class CoarseMesh:
     values: NDArray[np.float16]
 
 
-def coarse_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: int = 5000) -> CoarseMesh:
+def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: int = 5000) -> DecimatedMesh:
     """Merge the vertices that share a cell of space, with cells as small as ``most`` vertices permit.
 
     Vertex clustering (Rossignac and Borrel 1993). Cells in which the values differ most are divided again,
@@ -54,14 +54,16 @@ def coarse_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: int
     """
     used = np.unique(faces[np.isfinite(vertices_mm[faces]).all(axis=(1, 2))])
     if not used.size:
-        return CoarseMesh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint16), np.zeros(0, np.float16))
+        return DecimatedMesh(
+            np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint16), np.zeros(0, np.float16)
+        )
     points, known = vertices_mm[used], values[used]
     group = _groups(points, known, most)
     count = int(group.max()) + 1
     places = np.column_stack([_mean(points[:, k], group, count) for k in range(3)])
     number = np.full(len(vertices_mm), -1)
     number[used] = group
-    return CoarseMesh(
+    return DecimatedMesh(
         places.astype(np.float32),
         _between(number[faces]).astype(np.uint16),
         _mean(known, group, count).astype(np.float16),

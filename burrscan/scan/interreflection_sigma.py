@@ -1,4 +1,4 @@
-"""How far light by way of other surfaces moves the columns, learnt from the scan itself.
+"""How far interreflected light moves the columns, learnt from the scan itself.
 
 The frequencies' contradictions show only that part of it which differs between them. The rest shows in
 space: where there is such light, columns scatter about their neighbours by more than their sigmas say.
@@ -19,8 +19,8 @@ _REACH_PX = 2
 _HALF_NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
 
 
-def wander_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> Floats32:
-    """Standard deviation (h, w) of the columns by light that came by way of other surfaces, px.
+def interreflection_sigma_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> Floats32:
+    """Standard deviation (h, w) of the columns by interreflected light, px.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def wander_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> Floats32:
 
     Notes
     -----
-    In each of a few classes of ``lost`` the wander is proportional to it. Second differences over a few
+    In each of a few classes of ``lost`` the deviation is proportional to it. Second differences over a few
     pixels along rows and down columns, in which a smooth surface hardly shows and such light already does,
     are brought to the median of the normal distribution by bisection. A class in which fewer than some
     hundred of them tell takes the next lower one's. O(pixels).
@@ -46,12 +46,12 @@ def wander_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> Floats32:
         if np.count_nonzero(mine) >= _LEAST_TO_LEARN:
             found = _per_share_px(difference[mine], variance[mine], share[mine])
         per_share[number] = found
-    wander: Floats32 = (per_share[np.digitize(np.nan_to_num(lost), _SHARES)] * lost).astype(np.float32)
-    return wander
+    sigma: Floats32 = (per_share[np.digitize(np.nan_to_num(lost), _SHARES)] * lost).astype(np.float32)
+    return sigma
 
 
 def _per_share_px(difference: Floats, variance: Floats, share: Floats) -> float:
-    """The wander per share that explains the differences; 0 where their sigmas do already."""
+    """The deviation per share that explains the differences; 0 where their sigmas do already."""
     if _median_z(difference, variance) <= _HALF_NORMAL_MEDIAN:
         return 0.0
     low, high = 0.0, _MOST_PX

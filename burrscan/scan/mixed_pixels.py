@@ -1,4 +1,4 @@
-"""Footprints torn over a depth edge: a pixel that holds light of its neighbour's column as well.
+"""Mixed pixels: footprints cut by a depth edge, which hold light of their neighbour's column as well.
 
 Beside a jump the phasors are explained by two columns at once, the pixel's own and the one across the jump.
 Where the second carries enough light to move the footprint's centre, the pixel has no one column.
@@ -11,11 +11,12 @@ from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
 from burrscan.devices import CameraSheet
-from burrscan.scan.matched import Reading, phasors, sheet_of, turns_of
+from burrscan.scan.matched import Reading
+from burrscan.scan.phasors import phasors, sheet_of, turns_of
 from burrscan.scan.stripes import Stripes
 
 
-def torn(
+def mixed_pixels(
     reading: Reading,
     images: Image,
     code: Stripes,
@@ -41,7 +42,7 @@ def torn(
     O(pixels + pixels beside edges · K).
 
     """
-    found: Bools = _torn(
+    found: Bools = _mixed(
         images,
         2.0 * np.pi * code.per_column,
         2.0 * np.pi * code.per_row,
@@ -55,7 +56,7 @@ def torn(
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _torn(
+def _mixed(
     images: Image,
     f: Floats,
     g: Floats,

@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.axis.covariance import AxisCovariance
 from burrscan.axis.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
-from burrscan.axis.kernel import kernel
-from burrscan.axis.spread import Spread
+from burrscan.axis.jit import kernel
 
 Model: TypeAlias = Callable[[Floats, Floats], Floats]
 """From points (M, 3) and weights (M,) to their distances (M,) off the best shape of a kind."""
@@ -35,7 +35,14 @@ ROUNDS = 4
 
 
 def undetermined(
-    points: Floats, weights: Floats, raw: Floats, raw_weights: Floats, *, rough: Fit, fit: Fit, spread: Spread
+    points: Floats,
+    weights: Floats,
+    raw: Floats,
+    raw_weights: Floats,
+    *,
+    rough: Fit,
+    fit: Fit,
+    known: AxisCovariance,
 ) -> tuple[str, ...]:
     """Name what the data leave open.
 
@@ -45,7 +52,7 @@ def undetermined(
         (M, 3) in the canonical frame and (M,): voxel means of the smoothed points.
     raw, raw_weights
         (V, 3) the points themselves and (V,) weights, or none.
-    rough, fit, spread
+    rough, fit, known
         The fit to those means, the fit to all points, and its covariance.
 
     Returns
@@ -54,7 +61,7 @@ def undetermined(
     axis along its normal; or too short an arc).
 
     """
-    if too_short(points, fit.frame, fit.place, max(spread.noise, fit.sigma)):
+    if too_short(points, fit.frame, fit.place, max(known.noise, fit.sigma)):
         return ("direction", "position")
     open_ = []
     few, few_weights = (data[:: len(points) // FEW + 1] for data in (points, weights))
@@ -67,9 +74,9 @@ def undetermined(
         if sigma <= CLEARLY * max(NEAR, limit):
             sigma = robust_sigma(model(points, weights) * np.sqrt(weights))
         if (
-            _spread(spread.covariance[part, part]) > largest
+            _largest_sigma(known.covariance[part, part]) > largest
             or sigma <= limit
-            or (sigma <= NEAR and _explains(model, raw, raw_weights, fit, spread.noise))
+            or (sigma <= NEAR and _explains(model, raw, raw_weights, fit, known.noise))
         ):
             open_.append(flag)
     return tuple(open_)
@@ -121,7 +128,7 @@ def too_short(points: Floats, frame: Floats, place: Floats, noise: float) -> boo
     return bool(radius * (1.0 - np.cos(half)) < LEAST_SAGITTA * noise)
 
 
-def _spread(covariance: Floats) -> float:
+def _largest_sigma(covariance: Floats) -> float:
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 

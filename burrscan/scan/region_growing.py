@@ -1,6 +1,6 @@
 """Columns believed because they continue a surface.
 
-Where light by way of other surfaces outweighs the direct light a pattern may follow a mirror image, and a
+Where interreflected light outweighs the direct light a pattern may follow a mirror image, and a
 pixel's own frames cannot tell. A surface can: direct light goes on smoothly from where it dominates, a
 mirror image does not join on. And a pixel whose best column is hardly ahead of the others needs no lead once
 it lies where its neighbours expect it. So columns are believed from the sure ones outwards, as edges are
@@ -18,7 +18,7 @@ _REACH = 2
 _LEAST_SUPPORT = 5
 
 
-def continued(
+def grow_regions(
     u_px: Floats32, sigma_px: Floats32, sure: Bools, *, within_px: float = 0.5, within_z: float = 4.0
 ) -> Bools:
     """Which pixels (h, w) are sure or continue a surface that is.

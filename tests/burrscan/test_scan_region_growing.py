@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats32
-from burrscan.scan.continued import continued
 from burrscan.scan.fusion import fuse, mean_of
 from burrscan.scan.matched import Reading
+from burrscan.scan.region_growing import grow_regions
 
 SHAPE = (40, 60)
 
@@ -18,7 +18,7 @@ def slope() -> Floats32:
 
 
 def believed(u: Floats32, sure: Bools, *, sigma_px: float = 0.05) -> Bools:
-    return continued(u, np.full(SHAPE, sigma_px, np.float32), sure)
+    return grow_regions(u, np.full(SHAPE, sigma_px, np.float32), sure)
 
 
 def left() -> Bools:

@@ -15,7 +15,7 @@ from burrscan.arrays import Bools, Floats, Floats32
 _NEIGHBOURS = 24
 
 
-def fill(u_px: Floats32, known: Bools, *, wanted: Bools, block_px: int = 8) -> Floats32:
+def fill_columns(u_px: Floats32, known: Bools, *, wanted: Bools, block_px: int = 8) -> Floats32:
     """Columns (h, w): as given where known, splined where wanted, NaN elsewhere.
 
     Parameters

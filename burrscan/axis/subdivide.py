@@ -18,7 +18,7 @@ MOST_VERTICES = 50_000
 MOST_FACES = 1_000_000
 
 
-def densified(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
+def subdivided(points: Floats, faces: Ints32) -> tuple[Floats, Ints32]:
     """Halve the longest edges of a coarse mesh's faces until all are short; any other mesh stays as it is.
 
     Parameters

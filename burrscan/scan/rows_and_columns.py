@@ -21,7 +21,7 @@ _PLANNING_PERIOD_PX = 16.0
 _PLANNING_STEPS = 8
 
 
-def scan_both(
+def scan_rows_and_columns(
     scanner: Scanner,
     *,
     code: str = "gray_phase",
