@@ -14,7 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
-from burrscan.axis.subdivide import is_coarse
+from burrscan.axis.points.subdivide import is_coarse
 from burrscan.inspection import Axis, Check
 
 SPACING = 0.004

@@ -16,7 +16,7 @@ from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
 from burrscan.captures.gray_folder import plain_gray_patterns
 from burrscan.captures.png import write_grey
-from burrscan.scan.rows_and_columns import scan_rows_and_columns
+from burrscan.scan.rivals.rows_and_columns import scan_rows_and_columns
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.renderer import activate

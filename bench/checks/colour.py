@@ -14,7 +14,7 @@ import numpy as np
 from burrscan.colour.scan import scan_colour
 from burrscan.correspondence import Scan
 from burrscan.scan.adaptive import scan_adaptive
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from scenes.scene import scene_document, scene_from
 from scenes.simulate import Simulation, simulate
 from scenes.transport.store import default_folder

@@ -15,8 +15,8 @@ from bench.paper.parts import SIDES, Claim, Numbers, Section, Table, number, ver
 from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats
 from burrscan.axis.profile import find_axis_profile
-from burrscan.axis.seed import find_axis_seed, find_axis_seed_literal
-from burrscan.axis.seed_mended import find_axis_seed_mended
+from burrscan.axis.rivals.seed import find_axis_seed, find_axis_seed_literal
+from burrscan.axis.rivals.seed_mended import find_axis_seed_mended
 from burrscan.inspection import Axis
 
 RIGHT_DEG, BASIN_DEG = 2.0, 20.0

@@ -16,7 +16,7 @@ from bench.paper.planes import GREEN, INK
 from bench.paper.scanned import Scanned
 from bench.paper.shade import view_from
 from burrscan.arrays import Floats
-from burrscan.burrs.seed import agreeing as agreeing_of
+from burrscan.burrs.rivals.seed import agreeing as agreeing_of
 from burrscan.pipeline import inspect_surface
 
 TRUE_DEG = 10.0

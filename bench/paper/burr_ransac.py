@@ -12,8 +12,8 @@ from bench.paper.lab import Lab
 from bench.paper.parts import Claim, Numbers, Picture, Section, Table
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs import burrs_residual, burrs_seed
-from burrscan.burrs.seed import agreeing
+from burrscan.burrs import burrs_residual
+from burrscan.burrs.rivals.seed import agreeing, burrs_seed
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 

@@ -14,7 +14,7 @@ from bench.paper.orientation import TOLERANCE_MM, Sectioned, angles_of, sectione
 from bench.paper.parts import Claim, Numbers, Section, Table, number
 from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats
-from burrscan.axis.seed import nearest_to_others
+from burrscan.axis.rivals.seed import nearest_to_others
 
 FRAMES = 40
 ENOUGH_MM = 0.3

@@ -15,7 +15,7 @@ from bench.paper.parts import Claim, Numbers, Picture, Section, Table
 from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis import find_axis
-from burrscan.axis.starts import hemisphere
+from burrscan.axis.fitting.starts import hemisphere
 
 KEPT = (0.02, 0.05, 0.1, 0.25, 0.5, 1.0)
 """Shares of the scan's triangles."""

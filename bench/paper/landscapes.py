@@ -14,9 +14,9 @@ from bench.paper.orientation import angles_of, direction_of, sectioned
 from bench.paper.parts import Numbers
 from bench.paper.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.cloud import canonical_cloud, voxel_moments
-from burrscan.axis.starts import WIDTH, angle_cost
-from burrscan.axis.surfels import Surfels, surfels_of
+from burrscan.axis.fitting.starts import WIDTH, angle_cost
+from burrscan.axis.points.cloud import canonical_cloud, voxel_moments
+from burrscan.axis.points.surfels import Surfels, surfels_of
 
 MEASURES = ("bounding_box", "max_centre_distance", "circle_distance")
 RIGHT_DEG = 2.0

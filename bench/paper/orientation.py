@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.axis.rivals.seed import quality_of
 from burrscan.axis.sections import fit_circles, sections, turned_to_z
-from burrscan.axis.seed import quality_of
 
 PLANES = 10
 TOLERANCE_MM = 1.0

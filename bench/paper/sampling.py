@@ -9,8 +9,8 @@ from bench.paper.lab import Lab
 from bench.paper.parts import Claim, Numbers, Picture, Section, number
 from bench.paper.shade import view_from
 from burrscan.arrays import Floats
-from burrscan.axis.seed import orientation_grid
-from burrscan.axis.starts import hemisphere
+from burrscan.axis.fitting.starts import hemisphere
+from burrscan.axis.rivals.seed import orientation_grid
 
 SHOWN = 24
 _VIEW = view_from(azimuth_deg=25.0, elevation_deg=28.0)

@@ -24,7 +24,7 @@ import numba
 import numpy as np
 
 from burrscan.arrays import Floats, Floats32, Image
-from burrscan.codes.heterodyne import beats_px, heterodyne
+from burrscan.codes.rivals.heterodyne import beats_px, heterodyne
 from burrscan.devices import CameraSheet
 
 _HEIGHT, _WIDTH, _STEPS, _FINEST_PX = 1024, 1280, 8, 16.0
@@ -72,7 +72,7 @@ def pictures(light: Floats) -> Image:
 
 
 def ours(images: Image, threads: int) -> Floats32:
-    """Columns by :func:`burrscan.codes.heterodyne.decode_beats`."""
+    """Columns by :func:`burrscan.codes.rivals.heterodyne.decode_beats`."""
     numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
     code = heterodyne(width=_WIDTH, finest_px=_FINEST_PX, steps=_STEPS)
     return code.decode(images, _CAMERA).u_px

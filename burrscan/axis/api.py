@@ -16,15 +16,15 @@ from burrscan.welding import welded
 
 METHODS: dict[str, str] = {
     "profile": "burrscan.axis.profile:find_axis_profile",
-    "seed": "burrscan.axis.seed:find_axis_seed",
-    "seed-literal": "burrscan.axis.seed:find_axis_seed_literal",
-    "seed-mended": "burrscan.axis.seed_mended:find_axis_seed_mended",
-    "line-complex": "burrscan.axis.line_complex:find_axis_line_complex",
-    "line-complex-robust": "burrscan.axis.line_complex:find_axis_line_complex_robust",
-    "andrews-sequin": "burrscan.axis.andrews_sequin:find_axis_andrews_sequin",
-    "potsac": "burrscan.axis.potsac:find_axis_potsac",
-    "orriols": "burrscan.axis.orriols:find_axis_orriols",
-    "qian-huang": "burrscan.axis.qian_huang:find_axis_qian_huang",
+    "seed": "burrscan.axis.rivals.seed:find_axis_seed",
+    "seed-literal": "burrscan.axis.rivals.seed:find_axis_seed_literal",
+    "seed-mended": "burrscan.axis.rivals.seed_mended:find_axis_seed_mended",
+    "line-complex": "burrscan.axis.rivals.line_complex:find_axis_line_complex",
+    "line-complex-robust": "burrscan.axis.rivals.line_complex:find_axis_line_complex_robust",
+    "andrews-sequin": "burrscan.axis.rivals.andrews_sequin:find_axis_andrews_sequin",
+    "potsac": "burrscan.axis.rivals.potsac:find_axis_potsac",
+    "orriols": "burrscan.axis.rivals.orriols:find_axis_orriols",
+    "qian-huang": "burrscan.axis.rivals.qian_huang:find_axis_qian_huang",
 }
 """Short name to function, of the methods that come with burrscan."""
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis.basis import perpendicular_basis
-from burrscan.axis.cloud import canonical_cloud, moments, voxel_moments
+from burrscan.axis.fitting.starts import WIDTH, angle_cost, candidate_axes
 from burrscan.axis.jit import kernel
+from burrscan.axis.points.cloud import canonical_cloud, moments, voxel_moments
+from burrscan.axis.points.surfels import Surfels, surfels_of
 from burrscan.axis.sections import fit_circles, sections
-from burrscan.axis.starts import WIDTH, angle_cost, candidate_axes
-from burrscan.axis.surfels import Surfels, surfels_of
 from burrscan.inspection import Axis, Check
 
 PLANES = 20

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
-from burrscan.axis.ambiguity import undetermined
 from burrscan.axis.basis import perpendicular_basis, sensed
-from burrscan.axis.cloud import Cloud, canonical_cloud, voxel_moments
-from burrscan.axis.covariance import AxisCovariance, covariance_of
-from burrscan.axis.fit import FLOOR, Fit, refine
-from burrscan.axis.ridges import SPACING
-from burrscan.axis.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
-from burrscan.axis.starts import FARTHEST, candidate_axes
-from burrscan.axis.subdivide import subdivided
-from burrscan.axis.surfels import surfels_of
+from burrscan.axis.fitting.ambiguity import undetermined
+from burrscan.axis.fitting.covariance import AxisCovariance, covariance_of
+from burrscan.axis.fitting.fit import FLOOR, Fit, refine
+from burrscan.axis.fitting.ridges import SPACING
+from burrscan.axis.fitting.starts import FARTHEST, candidate_axes
+from burrscan.axis.points.cloud import Cloud, canonical_cloud, voxel_moments
+from burrscan.axis.points.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
+from burrscan.axis.points.subdivide import subdivided
+from burrscan.axis.points.surfels import surfels_of
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
 

@@ -10,9 +10,9 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
-from burrscan.burrs.grid_posterior import STEEPEST
-from burrscan.burrs.patch import Patch
-from burrscan.burrs.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, height_of, misfit_of
+from burrscan.burrs.shape.grid_posterior import STEEPEST
+from burrscan.burrs.shape.patch import Patch
+from burrscan.burrs.shape.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, height_of, misfit_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3

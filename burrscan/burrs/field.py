@@ -8,12 +8,12 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.border import border_spread_mm, inner
-from burrscan.burrs.sigma_calibration import calibrated
-from burrscan.generatrix.cells import arc_of
+from burrscan.burrs.noise.border import border_spread_mm, inner
+from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
+from burrscan.generatrix.tracing.cells import arc_of
 from burrscan.inspection import Axis, Generatrix
 
 _CLIP = 6.0

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
+from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 
 _MARGIN = 4
@@ -55,7 +55,7 @@ def burrs_residual(
 
     Notes
     -----
-    O(V). Detection: :mod:`burrscan.burrs.detect`; measure: :mod:`burrscan.burrs.ridge`.
+    O(V). Detection: :mod:`burrscan.burrs.detect`; measure: :mod:`burrscan.burrs.shape.ridge`.
 
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
@@ -103,8 +103,8 @@ def _crest(field: Field, doubt: Doubt, site: Site) -> tuple[Ints, float, Noise]:
 
     Errors that neighbours share are counted. No vertices where there are too few.
 
-    What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.border`, and spoils what is
-    beside it.
+    What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.noise.border`, and spoils
+    what is beside it.
     """
     every = site.chosen[site.on]
     on = every[~field.border[every]]

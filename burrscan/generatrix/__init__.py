@@ -5,7 +5,7 @@ from burrscan.generatrix.deviation import deviation_mm
 
 METHODS = {
     "curve": "burrscan.generatrix.curve:fit_generatrix",
-    "radius": "burrscan.generatrix.radius:fit_radius",
+    "radius": "burrscan.generatrix.rivals.radius:fit_radius",
 }
 """Short names of the ways to find the generatrix."""
 

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
-from burrscan.generatrix.cells import along_arc
 from burrscan.generatrix.polyline import Foot, Polyline
 from burrscan.generatrix.refine import Step
+from burrscan.generatrix.tracing.cells import along_arc
 
 _SECTORS = 16
 

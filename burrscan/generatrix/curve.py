@@ -7,16 +7,16 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
-from burrscan.generatrix.cells import Cells, Scale, cells_of, scale_of, trusted
 from burrscan.generatrix.covariance import band_mm
 from burrscan.generatrix.covariance import sigma_mm as curve_sigma_mm
-from burrscan.generatrix.creases import sharpened
-from burrscan.generatrix.ends import extended, trimmed
-from burrscan.generatrix.outside import oriented
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import Step, smooth_tangents, step
-from burrscan.generatrix.tracing import trace
+from burrscan.generatrix.tracing.cells import Cells, Scale, cells_of, scale_of, trusted
+from burrscan.generatrix.tracing.creases import sharpened
+from burrscan.generatrix.tracing.ends import extended, trimmed
+from burrscan.generatrix.tracing.outside import oriented
+from burrscan.generatrix.tracing.trace import trace
 from burrscan.inspection import Axis, Generatrix
 
 _MEDIAN_STEPS = 5

@@ -15,12 +15,12 @@ from burrscan.errors import InputError
 from burrscan.linear import linear
 from burrscan.scan.exposure import Response, bracket, even
 from burrscan.scan.fill_columns import fill_columns
-from burrscan.scan.fusion import believed, fuse
 from burrscan.scan.intensity import intensities
-from burrscan.scan.matched import LEAST_FREQUENCIES, Reading
+from burrscan.scan.matching.matched import LEAST_FREQUENCIES, Reading
 from burrscan.scan.plan import plan_exposures_ms
 from burrscan.scan.rounds import look, settled
 from burrscan.scan.stripes import stripes
+from burrscan.scan.validity.fusion import believed, fuse
 from burrscan.scanner import Scanner
 from burrscan.triangulation import epipolar_v
 

@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Floats, Floats32, Levels
 from burrscan.devices import ProjectorSheet
-from burrscan.scan.phasors import turns_of
+from burrscan.scan.matching.phasors import turns_of
 from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
 

@@ -9,11 +9,11 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Image
 from burrscan.codes.code import patterns
 from burrscan.scan.exposure import Response
-from burrscan.scan.interreflection_sigma import interreflection_sigma_px
 from burrscan.scan.known_light import light_bias_px
-from burrscan.scan.matched import Reading, read
-from burrscan.scan.mixed_pixels import mixed_pixels
+from burrscan.scan.matching.matched import Reading, read
 from burrscan.scan.stripes import Stripes
+from burrscan.scan.validity.interreflection_sigma import interreflection_sigma_px
+from burrscan.scan.validity.mixed_pixels import mixed_pixels
 from burrscan.scanner import Patterns, Scanner
 
 

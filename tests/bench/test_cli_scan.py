@@ -16,7 +16,7 @@ from burrscan.captures.document import ScanDocument
 from burrscan.captures.folder import write_rig
 from burrscan.captures.gray_folder import plain_gray_patterns
 from burrscan.captures.png import write_grey
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from tests.burrscan.instrument import Instrument, plane_depth, small_rig
 
 

@@ -25,7 +25,7 @@ from bench.paper.ransac_table import REJECTED, ROUNDS, TOLERANCES_MM, implied_si
 from bench.paper.sampling import directions_of, distinct, farthest_deg, unevenness
 from bench.paper.sources import source_of
 from burrscan.axis import find_axis
-from burrscan.axis.seed import orientation_grid
+from burrscan.axis.rivals.seed import orientation_grid
 from burrscan.errors import InputError
 from tests.bench.paper_lab import MadeUpLab
 

@@ -57,7 +57,7 @@ FAULTS = '''
 from dataclasses import replace
 import numpy as np
 from burrscan.axis.profile import find_axis_profile
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 
 def shifted_projector(scanner, *, columns=3.0):
     scan = scan_fixed(scanner)

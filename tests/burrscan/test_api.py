@@ -52,7 +52,7 @@ def test_methods_by_name_stage_and_dotted_path() -> None:
         scan.vertices_mm,
         scan.faces,
         generatrix=Stage("radius", {"bins": 40}),
-        burrs="burrscan.burrs.seed:burrs_seed",
+        burrs="burrscan.burrs.rivals.seed:burrs_seed",
     )
     assert len(inspection.generatrix.z_mm) == 40
     assert len(inspection.burrs) == 1

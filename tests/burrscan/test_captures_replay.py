@@ -15,7 +15,7 @@ from burrscan.captures import FolderScanner, RecordingScanner
 from burrscan.captures.document import ScanDocument
 from burrscan.captures.replay import replay
 from burrscan.correspondence import Scan
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from tests.burrscan.instrument import Instrument, small_rig
 
 PARAMETERS = {"exposure_ms": 2.0, "parameters": {"steps": 6}}

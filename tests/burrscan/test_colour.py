@@ -18,7 +18,7 @@ from burrscan.colour.scanner import MonoScanner, balanced_projector
 from burrscan.correspondence import Scan
 from burrscan.devices import ProjectorSheet
 from burrscan.scan.adaptive import scan_adaptive
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from tests.burrscan.colour_instrument import ColourInstrument, planted
 from tests.burrscan.instrument import Instrument, small_rig
 

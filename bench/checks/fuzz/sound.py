@@ -22,7 +22,7 @@ from burrscan.captures.document import ScanDocument
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.ply import write_ply
 from burrscan.rig import Rig, View
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from burrscan.scanner import Patterns
 
 _SCENE = """\

@@ -6,7 +6,7 @@ from scipy.stats import t as student
 from bench.axis.bound import cramer_rao_deg
 from bench.axis.revolution import revolution_scan
 from burrscan.axis import find_axis
-from burrscan.axis.covariance import _freedom, _quantile_ratio, _widening
+from burrscan.axis.fitting.covariance import _freedom, _quantile_ratio, _widening
 
 
 def test_short_arcs_do_not_feign_information() -> None:

@@ -7,7 +7,7 @@ import trimesh
 from bench.axis.revolution import axis_angle_deg, profile_of, random_pose, revolution_scan
 from burrscan import inspect_mesh
 from burrscan.axis import find_axis
-from burrscan.axis.subdivide import COARSE, TARGET, subdivided
+from burrscan.axis.points.subdivide import COARSE, TARGET, subdivided
 
 
 @pytest.mark.parametrize("sections", [24, 200])

@@ -1,0 +1,260 @@
+"""The uncertainty of a fitted axis, and what the data leave open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.axis.fitting.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
+from burrscan.axis.jit import kernel
+
+Four: TypeAlias = tuple[float, float, float, float]
+SECTORS = 64
+BINS_ALONG = 16
+"""Places along a piece, over its whole reach of ±2 spacings."""
+LEAST_SHARE = 0.3
+"""Information of which less than this share is more than noise of the generatrix's slope is none."""
+LEAST_FREEDOM = 2.0
+"""Fewer degrees of freedom are none: the series for the quantile ends there."""
+
+
+@dataclass(frozen=True)
+class AxisCovariance:
+    """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and how much of the information is real.
+
+    Parameters
+    ----------
+    covariance
+        (4, 4) dimensionless.
+    share
+        Least ratio, over all changes of pose, of the information without to that with the noise of the
+        slopes.
+    noise
+        Standard deviation of the raw points about the generatrix.
+
+    """
+
+    covariance: Floats
+    share: float
+    noise: float
+
+
+@kernel
+def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:
+    """Add w J to four places of a row. Written out: it stays in registers."""
+    row[at] += w * J[0]
+    row[at + 1] += w * J[1]
+    row[at + 2] += w * J[2]
+    row[at + 3] += w * J[3]
+
+
+@kernel
+def _add_square(row: Floats, at: int, w: float, J: Four) -> None:
+    """Add the upper triangle of w J Jᵀ to ten places of a row."""
+    a, b, c = w * J[0], w * J[1], w * J[2]
+    row[at] += a * J[0]
+    row[at + 1] += a * J[1]
+    row[at + 2] += a * J[2]
+    row[at + 3] += a * J[3]
+    row[at + 4] += b * J[1]
+    row[at + 5] += b * J[2]
+    row[at + 6] += b * J[3]
+    row[at + 7] += c * J[2]
+    row[at + 8] += c * J[3]
+    row[at + 9] += w * J[3] * J[3]
+
+
+@kernel
+def _tally(
+    points: Floats,
+    raw: Floats,
+    weights: Floats,
+    frame: Floats,
+    place: Floats,
+    curve: Curve,
+    limit: float,
+    response: Floats,
+    gram: Floats,
+    scores: Floats,
+    slopes: Floats,
+) -> Floats:
+    """Everything :func:`covariance_of` needs, in one pass.
+
+    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
+    per piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it.
+    The result is the upper triangle of Σ w J Jᵀ. The piece and J of a point come from its smoothed position,
+    its residual from the raw one: smoothing correlates neighbours, and what the pose makes of a
+    neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with the residual
+    would shrink the stated uncertainty.
+    """
+    A = np.zeros(10)
+    for i in range(points.shape[0]):
+        x, y, z = meridian(points, i, frame, place)
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, curve)
+        if k < 0:
+            continue
+        t, d, mz, mr = off_piece(z, r, k, curve)
+        w = weights[i] if weights.shape[0] > 0 else 1.0
+        if abs(d) * np.sqrt(w) >= limit:
+            continue
+        cosine, sine = x / r, y / r
+        g, h = z * mr - r * mz, z * mz + r * mr
+        lean = response[k]
+        J = (
+            -g * sine - lean[0, 0] - t * (lean[1, 0] + t * lean[2, 0]),
+            g * cosine - lean[0, 1] - t * (lean[1, 1] + t * lean[2, 1]),
+            mr * cosine - lean[0, 2] - t * (lean[1, 2] + t * lean[2, 2]),
+            mr * sine - lean[0, 3] - t * (lean[1, 3] + t * lean[2, 3]),
+        )
+        K = (-h * sine, h * cosine, mz * cosine, mz * sine)
+        v = gram[k, 1, 1] + 4.0 * t * (gram[k, 1, 2] + t * gram[k, 2, 2])
+        size = abs(x) + abs(y)
+        turn = (1.0 - x / size if y >= 0.0 else 3.0 + x / size) * (SECTORS / 4)  # monotone in the angle
+        a, b, c = meridian(raw, i, frame, place)
+        d += (c - z) * mz + ((a - x) * cosine + (b - y) * sine) * mr
+        u = min(BINS_ALONG - 1, max(0, int((t * 0.25 + 0.5) * BINS_ALONG)))
+        row, slope = scores[k, u, int(turn) % SECTORS], slopes[k]
+        row[0] += w
+        row[1] += w * d
+        row[10] += w * d * d
+        _add_vector(row, 2, w, J)
+        _add_vector(row, 6, w * d, J)
+        _add_square(A, 0, w, J)
+        slope[0] += w
+        slope[5] += w * v
+        _add_vector(slope, 1, w, K)
+        _add_vector(slope, 6, w * v, K)
+        _add_square(slope, 10, w * v, K)
+    return A
+
+
+def _full(upper: Floats) -> Floats:
+    """Symmetric 4×4 from its upper triangle."""
+    matrix = np.zeros((4, 4))
+    matrix[np.triu_indices(4)] = upper
+    return matrix + np.triu(matrix, 1).T
+
+
+def _spurious(slopes: Floats, spacing: float) -> Floats:
+    """Information that the noise of the generatrix's slopes feigns, per unit variance of a point."""
+    mean = slopes[:, 1:5] / np.maximum(slopes[:, :1], 1e-300)
+    cross = np.einsum("kp,kq->pq", slopes[:, 6:10], mean)
+    total = _full(slopes[:, 10:20].sum(axis=0)) - cross - cross.T
+    total += np.einsum("k,kp,kq->pq", slopes[:, 5], mean, mean)
+    return np.asarray(total / spacing**2)
+
+
+def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> AxisCovariance:
+    """Uncertainty of a fit. O(V).
+
+    The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
+    widened where sums over sectors vary more than independent points would (quasi-likelihood with the
+    clustered scores of Liang & Zeger), as with burrs along the axis, correlated noise, treads or spokes; and
+    by what makes ±1.96 sigma hold 95 % although few sectors tell that.
+    """
+    scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
+    slopes = np.zeros((len(fit.coefficients), 20))
+    A = _tally(
+        points, raw, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma,
+        fit.response, fit.gram, scores, slopes,
+    )  # fmt: skip
+    known, sums, shares, squares, freedom = _condensed(scores)
+    A = _full(A) - known
+    variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
+    return _composed(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
+
+
+@kernel
+def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:
+    """What the scores say once the means along parallels are off.
+
+    The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
+    alike all round (at edges) is no noise.
+
+    Returns
+    -------
+    Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes; per sector, over all pieces,
+    Σ w (d - d̄) (J - J̄) and the information Σ w (J - J̄) (J - J̄)ᵀ; Σ w (d - d̄)²; and the weight less the
+    number of means.
+
+    """
+    known = np.zeros((4, 4))
+    squares, freedom = 0.0, 0.0
+    sums, shares = np.zeros((SECTORS, 4)), np.zeros((SECTORS, 4, 4))
+    for k in range(scores.shape[0]):
+        for u in range(BINS_ALONG):
+            total = scores[k, u].sum(axis=0)
+            if total[0] > 0.0:
+                squares += total[10] - total[1] * total[1] / total[0]
+                freedom += total[0] - 1.0
+                known += np.outer(total[2:6], total[2:6]) / total[0]
+                _add_centred(scores[k, u], total / total[0], sums, shares)
+    return known, sums, shares, squares, freedom
+
+
+@kernel
+def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> None:
+    """Add Σ w (d - d̄) (J - J̄) and Σ w (J - J̄) (J - J̄)ᵀ of every sector of a parallel."""
+    for s in range(SECTORS):
+        row = scores[s]
+        if row[0] <= 0.0:
+            continue
+        for p in range(4):
+            off = row[6 + p] - mean[1] * row[2 + p]
+            sums[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
+            for q in range(4):
+                lean = row[2 + q] / row[0] - mean[2 + q]
+                shares[s, p, q] += (row[2 + p] - row[0] * mean[2 + p]) * lean
+
+
+def _widening(sums: Floats, shares: Floats, variance: float) -> float:
+    """By how much the sectors' scores vary more than independent points would make them; at least 1.
+
+    All in the basis where the information is the identity. The fit takes its share of a sector's score off:
+    E[s sᵀ] = σ² (I_s - I_s²) with I_s the sector's information (Bell & McCaffrey 2002).
+    """
+    squares = np.einsum("spq,sqp->", shares, shares)
+    expected = max(float(np.trace(shares.sum(axis=0)) - squares), 1.0)
+    return max(1.0, float((sums * sums).sum()) / (variance * expected))
+
+
+def _freedom(shares: Floats) -> float:
+    """Degrees of freedom of the sectors' disagreement, 2 E² / Var of Σ |s|² (Satterthwaite 1946).
+
+    In the basis where the information is the identity, the scores of sectors s and t covary by
+    I_s δ_st - I_s I_t, of which the squares sum up through Σ I_s² alone.
+    """
+    squares = np.einsum("spq,sqr->spr", shares, shares)
+    own, total = shares - squares, squares.sum(axis=0)
+    twice = float((total * total).sum() - (squares * squares).sum() + (own * own).sum())
+    mean = float(np.einsum("spp->", own))
+    return max(mean**2 / max(twice, 1e-300), LEAST_FREEDOM)
+
+
+def _quantile_ratio(widening: float, freedom: float) -> float:
+    """Student's 97.5 % quantile over the normal one (Abramowitz & Stegun 26.7.5).
+
+    The variance is the sum of the points' own, well known, and of the excess over it, known from few sectors
+    only: its degrees of freedom are those of the sum (Satterthwaite 1946).
+    """
+    inverse = ((widening - 1.0) / widening) ** 2 / freedom
+    square = 1.96**2
+    first, second = (square + 1.0) / 4.0, (5.0 * square**2 + 16.0 * square + 3.0) / 96.0
+    return 1.0 + inverse * (first + inverse * second)
+
+
+def _composed(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> AxisCovariance:
+    """Compose the covariance in the basis where A is the identity, mode by mode."""
+    values, vectors = np.linalg.eigh(A)
+    whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
+    inside = whiten.T @ shares @ whiten
+    widening = _widening(sums @ whiten, inside, variance)
+    widening *= _quantile_ratio(widening, _freedom(inside)) ** 2
+    real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
+    basis = whiten @ modes
+    covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening
+    return AxisCovariance(covariance, float(real[0]), float(np.sqrt(variance)))

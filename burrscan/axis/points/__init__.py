@@ -1,0 +1,1 @@
+"""What the axis is fitted to: points in the canonical frame, smoothed, thinned, with normals."""

@@ -1,0 +1,1 @@
+"""How large the errors of vertices are, alone and shared with their neighbours."""

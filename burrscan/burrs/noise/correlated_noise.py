@@ -1,0 +1,142 @@
+"""Errors that neighbouring vertices share: they do not average out over a burr.
+
+Bounced light, smeared edges and ripples of the patterns displace whole patches of a scan. A scanner states a
+larger sigma there, but not that neighbours err alike. How large such errors are among vertices that are as
+doubtful as a burr's own is seen in the rest of the scan: in how far vertices deviate, beyond what neighbours
+differ from each other by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs.field import Field
+from burrscan.burrs.noise.border import border_spread_mm
+
+_SHARE, _GAUSSIAN = 0.8, 1.2816
+"""Burrs are less than a fifth of their like; a Gaussian's amount stays below 1.28 sigma so often."""
+_FEWEST = 300
+_OCTAVES = 0.5
+"""Vertices are alike whose noise differs by no more than so many factors of two."""
+_BIN, _BINS = 0.01, 4000
+"""Quantiles are read off histograms, in units of the noise."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What vertices of a kind err by.
+
+    Parameters
+    ----------
+    own_mm
+        Standard deviation of the part that is each vertex's own.
+    shared_mm
+        Standard deviation of the part that it has in common with its neighbours.
+
+    """
+
+    own_mm: float
+    shared_mm: float
+
+    @property
+    def shared_share(self) -> float:
+        """Share of the variance that is common to neighbours."""
+        return self.shared_mm**2 / max(self.own_mm**2 + self.shared_mm**2, 1e-300)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """How doubtful every vertex of a field is, and what such vertices show.
+
+    Parameters
+    ----------
+    grade
+        (N,) log2 of the noise that the data show locally, or that is stated where that is larger.
+    size, rough
+        (N,) deviation, and difference to a neighbour over the root of two, in units of that noise; ``rough``
+        is NaN for a vertex with no neighbour.
+
+    """
+
+    grade: Floats
+    size: Floats
+    rough: Floats
+
+
+def doubt_of(field: Field) -> Doubt:
+    """Grade all vertices. O(N)."""
+    noise = np.maximum(field.local_mm, field.stated_mm)
+    size = np.abs(field.deviation_mm) / noise
+    return Doubt(np.log2(noise), size, _roughness(field.deviation_mm, noise, field.cell, field.count.shape))
+
+
+def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints, *, ragged: bool) -> Noise:
+    """What the vertices ``crest`` may err by, judged by vertices like them that are not ``near``. O(N).
+
+    What is stated beyond the noise that their parallel and their sector show is held to be shared: light that
+    is too little makes whole sectors noisy, not spots. Where most of an anomaly is on the border of the mesh
+    (``ragged``) the rest shares the border's errors.
+    """
+    apart = np.ones(len(doubt.grade), dtype=np.bool_)
+    apart[near] = False
+    own, shared = _by_their_like(doubt, doubt.grade[crest], apart)
+    beyond = np.median(field.stated_mm[crest] ** 2 - field.local_mm[crest] ** 2)
+    shared = max(shared, float(np.sqrt(max(beyond, 0.0))))
+    if ragged:
+        shared = max(shared, border_spread_mm(field.deviation_mm[field.border & apart]))
+    return Noise(own, shared)
+
+
+def _by_their_like(doubt: Doubt, like: Floats, apart: Bools) -> tuple[float, float]:
+    """Own and shared standard deviation, mm, of vertices of such grades."""
+    middle, reach, count = float(np.median(like)), _OCTAVES / 2.0, 0
+    total, own = 1.0, 1.0
+    while count < min(_FEWEST, len(apart) // 2) and reach < 32.0:
+        reach *= 2.0
+        count, total, own = _spreads(doubt.grade, doubt.size, doubt.rough, apart, middle, reach)
+    total = max(total, 1.0)
+    own = min(own, total)
+    return own * 2.0**middle, float(np.sqrt(total**2 - own**2)) * 2.0**middle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spreads(
+    grade: Floats, size: Floats, rough: Floats, apart: Bools, middle: float, reach: float
+) -> tuple[int, float, float]:
+    """How many vertices are alike, and the robust spread of their sizes and of their roughness."""
+    sizes, roughs = np.zeros(_BINS, np.int64), np.zeros(_BINS, np.int64)
+    for i in range(len(grade)):
+        if apart[i] and abs(grade[i] - middle) <= reach:
+            sizes[min(int(size[i] / _BIN), _BINS - 1)] += 1
+            if rough[i] >= 0.0:
+                roughs[min(int(rough[i] / _BIN), _BINS - 1)] += 1
+    return sizes.sum(), _quantile(sizes), _quantile(roughs)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _quantile(histogram: Ints) -> float:
+    """The spread of which a histogram's 80 % point tells; 1 for an empty one."""
+    most, passed = _SHARE * histogram.sum(), 0
+    for k in range(len(histogram)):
+        if passed + histogram[k] >= most > 0.0:
+            return float((k + (most - passed) / histogram[k]) * _BIN / _GAUSSIAN)
+        passed += histogram[k]
+    return 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _roughness(deviation: Floats, noise: Floats, cell: Ints32, shape: tuple[int, int]) -> Floats:
+    """(N,) difference to the vertex before it in its cell over the root of two, in units of both's noise."""
+    last = np.full(shape, -1, np.int64)
+    rough = np.full(len(deviation), np.nan)
+    for i in range(len(deviation)):
+        j = last[cell[i, 0], cell[i, 1]]
+        if j >= 0:
+            both = noise[i] * noise[i] + noise[j] * noise[j]
+            rough[i] = abs(deviation[i] - deviation[j]) / np.sqrt(both)
+        last[cell[i, 0], cell[i, 1]] = i
+    return rough

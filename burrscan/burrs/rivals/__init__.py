@@ -1,0 +1,1 @@
+"""Other ways to find burrs: the seed paper's, to compare with."""

@@ -1,0 +1,1 @@
+"""Other code families than the default's, to compare with."""

@@ -1,0 +1,1 @@
+"""Other ways to find a generatrix than the default, to compare with."""

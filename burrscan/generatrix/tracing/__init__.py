@@ -1,0 +1,1 @@
+"""From the cells of a profile to the first line through them."""

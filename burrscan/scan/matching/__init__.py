@@ -1,0 +1,1 @@
+"""Reading stripes: phasors, matched along epipolar lines."""

@@ -1,0 +1,429 @@
+"""Reading a round of stripes: a matched filter along the epipolar line.
+
+A pixel's phasors, one per frequency, are compared with those that each column on its epipolar line predicts.
+The sum is coherent: direct light adds up at one column, noise and interreflected light do not.
+Around the best column the maximum-likelihood fit of column, row and amplitude gives the result; how badly the
+phasors fit widens its sigma and divides the lead over the second best column.
+
+Most pixels look next to where their neighbour on the left looks. So that place is tried first. What the best
+column there leaves of the phasors' power bounds what any other column can gain: where that bound is far
+behind, the rest of the line need not be searched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit, prange
+
+from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.devices import CameraSheet
+from burrscan.rig import Rig
+from burrscan.scan.matching.epipolar import epipolar_nodes
+from burrscan.scan.matching.phasors import cosine_sine, phasors_of, row_sums, sheet_of, turns_of
+from burrscan.scan.stripes import Stripes
+
+_GRID_PX = 1.5
+_MAIN_LOBE_PX = 5.0
+_DETECTION_Z = 4.0
+_MODULATION_ERROR = 0.02
+_INDIRECT_GUESS = 0.15
+LEAST_FREQUENCIES = 5
+_ILL_FITTING = 12.0
+_SIDE_LOBE = 0.75
+_SURE_LEAD = 45.0
+_NEAR_STEPS = 2
+_CONVERGED_PX = 1e-3
+_FOOTPRINT_PX2 = 0.15
+_FOOTPRINT_ERROR_PX2 = 0.05
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One round, decoded; all (h, w), NaN where nothing was detected.
+
+    Parameters
+    ----------
+    u_px, v_px, sigma_u_px, sigma_v_px
+        Column and row, each with its stated sigma.
+    direct_e
+        Electrons that full light adds directly.
+    lost
+        Interreflected light per direct light, at least: what full light shows beyond the
+        stripes' modulation.
+    misfit
+        chi² per degree of freedom of the phasors.
+    lead
+        By how much the second best column fits worse, chi² in units of ``misfit`` or, if larger, of noise.
+    off_line_px
+        Distance of the fitted row from the epipolar line.
+    clipped
+        True where a frame was clipped.
+
+    """
+
+    u_px: Floats32
+    v_px: Floats32
+    sigma_u_px: Floats32
+    sigma_v_px: Floats32
+    direct_e: Floats32
+    lost: Floats32
+    misfit: Floats32
+    lead: Floats32
+    off_line_px: Floats32
+    clipped: Bools
+
+    def blanked(
+        self,
+        *,
+        max_sigma_px: float,
+        least_lead: float = 14.0,
+        off_line_px: float = 1.5,
+    ) -> Reading:
+        """The same with NaN where the column is coarse or ambiguous, or its row off the line.
+
+        A row may be ``off_line_px`` off for an imperfect calibration, and four sigmas more. Where the phasors
+        fit badly their errors are not noise, and the second best column must be thrice as far behind.
+        """
+        with np.errstate(invalid="ignore"):
+            needed = np.where(self.misfit > _ILL_FITTING, 3.0 * least_lead, least_lead)
+            fine = (self.sigma_u_px <= max_sigma_px) & (self.lead >= needed)
+            fine &= np.abs(self.off_line_px) <= off_line_px + 4.0 * self.sigma_v_px
+        return self.without(np.asarray(~fine))
+
+    def without(self, pixels: Bools) -> Reading:
+        """The same with NaN at ``pixels``."""
+        names = ("u_px", "v_px", "sigma_u_px", "sigma_v_px")
+        nan = np.float32(np.nan)
+        return replace(self, **{name: np.where(pixels, nan, getattr(self, name)) for name in names})
+
+
+def read(images: Image, code: Stripes, *, camera: CameraSheet, rig: Rig, dark_e: Floats32) -> Reading:
+    """Decode a round.
+
+    Parameters
+    ----------
+    images
+        (F, h, w) DN, in the order of the stripes' frames.
+    code
+        What was shown.
+    camera, rig
+        The noise model and the epipolar lines.
+    dark_e
+        (h, w) electrons under a black projector at the round's exposure.
+
+    Notes
+    -----
+    O(lit pixels · K · columns / 2 px). Frequencies with a clipped frame are left out.
+
+    """
+    gain = camera.gain_dn_per_e
+    planes, clipped = _read(
+        images,
+        2.0 * np.pi * code.per_column,
+        2.0 * np.pi * code.per_row,
+        epipolar_nodes(rig),
+        dark_e * np.float32(gain),
+        sheet_of(camera),
+        rig.projector.width,
+    )
+    u, v, sigma_u, sigma_v, amplitude, lost, misfit, lead, off_line = planes
+    direct_e = amplitude * np.float32(2.0 / gain)
+    return Reading(u, v, sigma_u, sigma_v, direct_e, lost, misfit, lead, off_line, clipped)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _read(
+    images: Image, f: Floats, g: Floats, nodes: Floats32, dark: Floats32, sheet: Floats, columns: int
+) -> tuple[Floats32, Bools]:
+    _, height, width = images.shape
+    planes = np.full((9, height, width), np.nan, np.float32)
+    turns = turns_of(images.shape[0] // len(f))
+    clipped = np.zeros((height, width), np.bool_)
+    for r in prange(height):
+        z = np.empty(len(f), np.complex128)
+        variance = np.empty(len(f))
+        sums = row_sums(images, r, turns)
+        for c in range(width):
+            mean, usable = phasors_of(sums, c, sheet, turns.shape[1], z, variance)
+            clipped[r, c] = usable < len(f)
+            if usable < LEAST_FREQUENCIES or not _detected(z, variance, usable):
+                continue
+            unknown = (_INDIRECT_GUESS * _indirect(z, variance, mean, dark[r, c])) ** 2
+            ratio = _mean_ratio(variance, unknown)
+            hint = planes[0, r, c - 1] if c > 0 else np.nan
+            found = _sure(z, variance, unknown, f, g, nodes[r, c], hint, ratio, columns)
+            if not found[7] >= _SURE_LEAD:
+                found = _anywhere(z, variance, unknown, f, g, nodes[r, c], ratio, columns)
+            u, v, amplitude, plain, var_u, var_v, misfit, lead, row = found
+            if not amplitude > 0.0:
+                continue
+            wider = max(misfit, 1.0)
+            planes[0, r, c], planes[1, r, c] = u, v
+            planes[2, r, c], planes[3, r, c] = np.sqrt(var_u * wider), np.sqrt(var_v * wider)
+            planes[4, r, c] = amplitude
+            planes[5, r, c] = max((mean - dark[r, c]) / plain - 1.0, 0.0)
+            planes[6, r, c] = misfit
+            planes[7, r, c] = lead
+            planes[8, r, c] = v - _row_at(nodes[r, c], u, row)
+    return planes, clipped
+
+
+@njit(cache=True, nogil=True)
+def _anywhere(
+    z: Complexes,
+    variance: Floats,
+    unknown: float,
+    f: Floats,
+    g: Floats,
+    nodes: Floats32,
+    ratio: float,
+    columns: int,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """The fit at the best column of the whole line, its lead, and the row it began at."""
+    u, v, best, second = _search(z, variance + unknown, f, g, nodes, columns)
+    if best <= 0.0:
+        return u, v, 0.0, 0.0, np.inf, np.inf, np.inf, 0.0, v
+    fit = _fit(z, variance, f, g, u, v)
+    return (*fit, (best - second) / (max(fit[6], 1.0) * ratio), v)
+
+
+@njit(cache=True, nogil=True)
+def _sure(
+    z: Complexes,
+    variance: Floats,
+    unknown: float,
+    f: Floats,
+    g: Floats,
+    nodes: Floats32,
+    hint: float,
+    ratio: float,
+    columns: int,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """The fit at the best column near ``hint``, with the least lead it can have over all others.
+
+    With a share p of the power P at the best column, and templates of any other column that match it to no
+    more than s, the other gains at most P (s √p + √(1 - s²) √(1 - p))².
+    """
+    nothing = (np.nan, np.nan, 0.0, 0.0, np.inf, np.inf, np.inf, -1.0, np.nan)
+    if not np.isfinite(hint):
+        return nothing
+    power, weight = 0.0, 0.0
+    for j in range(len(z)):
+        k = 1.0 / (variance[j] + unknown)
+        power += (z[j].real ** 2 + z[j].imag ** 2) * k
+        weight += k
+    if (1.0 - _SIDE_LOBE**2) * power < _SURE_LEAD:
+        return nothing
+    at = hint - _NEAR_STEPS * _GRID_PX
+    row = _row_at(nodes, at, np.nan)
+    slope = _row_at(nodes, at + 1.0, np.nan) - row
+    if not (at >= -0.5 and hint + _NEAR_STEPS * _GRID_PX < columns - 0.5 and np.isfinite(slope)):
+        return nothing
+    turned, turn = np.empty_like(z), np.empty_like(z)
+    for j in range(len(z)):
+        angle, step = f[j] * at + g[j] * row, (f[j] + g[j] * slope) * _GRID_PX
+        c, d = cosine_sine(angle)
+        turned[j] = z[j] * complex(c, -d) / (variance[j] + unknown)
+        c, d = cosine_sine(step)
+        turn[j] = complex(c, -d)
+    best, u = 0.0, np.nan
+    for i in range(2 * _NEAR_STEPS + 1):
+        total = 0.0
+        for j in range(len(z)):
+            total += turned[j].real
+            turned[j] *= turn[j]
+        if total > best:
+            best, u = total, at + i * _GRID_PX
+    share = min(best * best / (weight * power), 1.0)
+    other = _SIDE_LOBE * np.sqrt(share) + np.sqrt((1.0 - _SIDE_LOBE**2) * (1.0 - share))
+    lead = (share - other * other) * power
+    if not (share > _SIDE_LOBE**2 and lead >= _SURE_LEAD):
+        return nothing
+    v = _row_at(nodes, u, 0.0)
+    fit = _fit(z, variance, f, g, u, v)
+    return (*fit, lead / (max(fit[6], 1.0) * ratio), v)
+
+
+@njit(cache=True, nogil=True)
+def _detected(z: Complexes, variance: Floats, usable: int) -> bool:
+    """Whether the phasors together are longer than noise makes them."""
+    power = 0.0
+    for j in range(len(z)):
+        power += (z[j].real ** 2 + z[j].imag ** 2) / variance[j]
+    detected: bool = power > 2.0 * usable + _DETECTION_Z * np.sqrt(4.0 * usable)
+    return detected
+
+
+@njit(cache=True, nogil=True)
+def _mean_ratio(variance: Floats, unknown: float) -> float:
+    """Variance by noise alone over that with the unknown light's, of the usable frequencies together."""
+    noise, usable = 0.0, 0
+    for j in range(len(variance)):
+        if variance[j] < np.inf:
+            noise += variance[j]
+            usable += 1
+    return noise / (noise + usable * unknown)
+
+
+@njit(cache=True, nogil=True)
+def _median(values: Floats) -> float:
+    """The median of a few values, which are left sorted (by insertion)."""
+    count = len(values)
+    for i in range(1, count):
+        one, j = values[i], i
+        while j > 0 and values[j - 1] > one:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = one
+    median: float = 0.5 * (values[(count - 1) // 2] + values[count // 2])
+    return median
+
+
+@njit(cache=True, nogil=True)
+def _indirect(z: Complexes, variance: Floats, mean: float, dark: float) -> float:
+    """Light at full white that neither the median modulation nor the dark nor noise explains."""
+    size = np.empty(len(z))
+    noise = 0.0
+    usable = 0
+    for j in range(len(z)):
+        size[j] = np.sqrt(z[j].real ** 2 + z[j].imag ** 2)
+        if variance[j] < np.inf:
+            usable += 1
+            noise += variance[j]
+    beyond: float = max(2.0 * (mean - dark - _median(size)) - 4.0 * np.sqrt(noise / usable), 0.0)
+    return beyond
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _sweep(re: Floats32, im: Floats32, turn_re: Floats32, turn_im: Floats32, sums: Floats32) -> None:
+    """Sums of the phasors' real parts while each turns back by its own step; the vectors are used up."""
+    for i in range(len(sums)):
+        total = np.float32(0.0)
+        for j in range(len(re)):
+            total += re[j]
+            turned = re[j] * turn_re[j] + im[j] * turn_im[j]
+            im[j] = im[j] * turn_re[j] - re[j] * turn_im[j]
+            re[j] = turned
+        sums[i] = total
+
+
+@njit(cache=True, nogil=True)
+def _search(  # noqa: C901 (a kernel)
+    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, columns: int
+) -> tuple[float, float, float, float]:
+    """Best column and row along the epipolar polyline, and the gains in chi² of it and of the second best."""
+    count = len(z)
+    weight = 0.0
+    for j in range(count):
+        weight += 1.0 / variance[j]
+    sums = np.zeros(int(columns / _GRID_PX) + 4 * len(nodes), np.float32)
+    places = np.empty(len(sums), np.float32)
+    n = 0
+    # single precision, and padded to whole vectors of the processor
+    padded = (count + 7) // 8 * 8
+    re, im = np.zeros(padded, np.float32), np.zeros(padded, np.float32)
+    turn_re, turn_im = np.ones(padded, np.float32), np.zeros(padded, np.float32)
+    for s in range(len(nodes) - 1):
+        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
+        if not u1 > u0:
+            continue
+        slope = (v1 - v0) / (u1 - u0)
+        start, stop = max(u0, -0.5), min(u1, columns - 0.5)
+        for j in range(count):
+            angle = f[j] * start + g[j] * (v0 + slope * (start - u0))
+            step = (f[j] + g[j] * slope) * _GRID_PX
+            c, d = cosine_sine(angle)
+            re[j] = (z[j].real * c + z[j].imag * d) / variance[j]
+            im[j] = (z[j].imag * c - z[j].real * d) / variance[j]
+            turn_re[j], turn_im[j] = cosine_sine(step)
+        steps = min(int((stop - start) / _GRID_PX) + 1, len(sums) - n) if stop > start else 0
+        _sweep(re, im, turn_re, turn_im, sums[n : n + steps])
+        for i in range(steps):
+            places[n + i] = start + i * _GRID_PX
+        n += steps
+    best, second, at = 0.0, 0.0, -1
+    for i in range(n):
+        if sums[i] > best:
+            best, at = sums[i], i
+    if at < 0:
+        return np.nan, np.nan, -1.0, 0.0
+    for i in range(n):
+        if sums[i] > second and abs(places[i] - places[at]) > _MAIN_LOBE_PX:
+            second = sums[i]
+    u = places[at]
+    return u, _row_at(nodes, u, 0.0), best * best / weight, second * second / weight
+
+
+@njit(cache=True, nogil=True)
+def _row_at(nodes: Floats32, u: float, otherwise: float) -> float:
+    """Row of the epipolar polyline at a column."""
+    for s in range(len(nodes) - 1):
+        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
+        if u1 > u0 and u0 - 1.0 <= u <= u1 + 1.0:
+            row: float = v0 + (v1 - v0) / (u1 - u0) * (u - u0)
+            return row
+    return otherwise
+
+
+@njit(cache=True, nogil=True)
+def _fit(
+    z: Complexes, variance: Floats, f: Floats, g: Floats, u: float, v: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Maximum likelihood of column, row and amplitude by Gauss-Newton.
+
+    Returns them, the amplitude that unblurred stripes would have, the variances, and chi² per dof.
+    """
+    amplitude, plain, iuu, ivv, misfit = 0.0, 0.0, np.inf, np.inf, np.inf
+    turned = np.empty_like(z)
+    for _ in range(4):
+        s, w = 0.0, 0.0
+        for j in range(len(z)):
+            angle = f[j] * u + g[j] * v
+            c, d = cosine_sine(angle)
+            turned[j] = z[j] * complex(c, -d)
+            s += turned[j].real / variance[j]
+            w += 1.0 / variance[j]
+        amplitude = s / w
+        if not amplitude > 0.0:
+            break
+        auu, auv, avv, bu, bv, chi2, dof = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -4.0
+        s0, sq, sqq, sa, saq, saa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(len(z)):
+            along, across = turned[j].real, turned[j].imag
+            k = 1.0 / variance[j]
+            auu += k * f[j] * f[j]
+            auv += k * f[j] * g[j]
+            avv += k * g[j] * g[j]
+            bu += k * f[j] * across
+            bv += k * g[j] * across
+            chi2 += across * across * k
+            dof += 2.0 if k > 0.0 else 0.0
+            # finer stripes lose modulation: the amplitudes are fitted by a line in frequency squared
+            q = f[j] * f[j] + g[j] * g[j]
+            k /= 1.0 + k * (_MODULATION_ERROR * amplitude) ** 2
+            s0 += k
+            sq += k * q
+            sqq += k * q * q
+            sa += k * along
+            saq += k * along * q
+            saa += k * along * along
+        det = auu * avv - auv * auv
+        if not det > 0.0:
+            break
+        du = (avv * bu - auv * bv) / (det * amplitude)
+        dv = (auu * bv - auv * bu) / (det * amplitude)
+        u, v = u + du, v + dv
+        iuu, ivv = avv / (det * amplitude**2), auu / (det * amplitude**2)
+        cqq, caq = sqq - sq * sq / s0, saq - sa * sq / s0
+        chi2 += max(saa - sa * sa / s0 - (caq * caq / cqq if cqq > 0.0 else 0.0), 0.0)
+        misfit = chi2 / dof
+        # what stripes without loss of modulation would have: the line's intercept, its slope held near that
+        # of a footprint one pixel wide
+        held = 1.0 / (_FOOTPRINT_ERROR_PX2 * amplitude) ** 2
+        slope = (caq - _FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
+        plain = (sa - slope * sq) / s0
+        if abs(du) + abs(dv) < _CONVERGED_PX:
+            break
+    return u, v, amplitude, plain, iuu, ivv, misfit

@@ -1,0 +1,1 @@
+"""Which columns to believe, and by how much other light may have moved them."""
