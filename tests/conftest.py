@@ -41,7 +41,7 @@ SLOW = (
     "test_meshes",
     "test_meshio",
     "test_optics",
-    "test_paper",
+    "test_reproduction",
     "test_perf_geometry",
     "test_pictures",
     "test_pipeline",

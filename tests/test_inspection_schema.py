@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from bench.cli import main
+from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from burrscan import inspect_mesh
 
 SCHEMA = json.loads((Path(__file__).parents[1] / "docs" / "inspection.schema.json").read_text("utf-8"))

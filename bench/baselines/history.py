@@ -17,7 +17,7 @@ from bench.compare.rows import metric_row
 from bench.compare.verdict import judged
 from bench.run.directory import Run
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise, value_of
+from bench.summary.table import summarise, value_of
 from burrscan.errors import InputError
 
 

@@ -34,8 +34,8 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Print the table, or put it into a file."""
+    from bench.leaderboard import leaderboard
     from bench.run.directory import load_run
-    from bench.score.leaderboard import leaderboard
     from burrscan.variants import shipped_only
 
     with shipped_only(str(given.run), trusted=given.trust):

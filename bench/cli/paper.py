@@ -32,8 +32,8 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Measure, draw, and say where the page is."""
-    from bench.paper import build_paper
-    from bench.paper.lab import Lab
+    from bench.reproduction import build_paper
+    from bench.reproduction.lab import Lab
 
     lab = Lab(given.out.with_suffix("") / "work", quick=given.quick)
     tell = lambda name: print(f"paper: {name}", file=sys.stderr, flush=True)  # noqa: E731

@@ -8,13 +8,13 @@ import sys
 
 from rich.table import Table
 
-from bench.budget import budget_rows
 from bench.cli.tables import plain_table
 from bench.run.directory import Run
-from bench.score.goals import goal_rows
 from bench.score.metric import Metric
 from bench.score.metrics import HEADLINE, metric_named
-from bench.score.summary import Row, score_table
+from bench.summary.budget import budget_rows
+from bench.summary.goals import goal_rows
+from bench.summary.table import Row, score_table
 
 _DECIMALS = {"count": 1, "deg": 4}
 

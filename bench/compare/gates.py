@@ -10,8 +10,8 @@ from bench.compare.pairs import Arm
 from bench.compare.result import FoundOrMissed, GateKind, GateOutcome, GateState, Row
 from bench.compare.text import number
 from bench.score.metric import within
-from bench.score.summary import summarise
 from bench.suites.suite import Gate
+from bench.summary.table import summarise
 
 FOUND = "burr_found"
 """The metric that is a yes or no per burr."""

@@ -26,7 +26,7 @@ class Row:
         The metric; ``better`` is ``"higher"`` or ``"lower"``, ``unit`` is ``1`` for a share.
     typical
         ``mean`` or ``median``: what ``base``, ``new`` and ``difference`` are, see
-        :func:`bench.score.summary.typical`.
+        :func:`bench.summary.table.typical`.
     gated, tested
         Whether a gate judges it at all; whether one judges it by its margin.
     margin

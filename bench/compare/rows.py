@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from bench.compare.facts import burrs_per_case, every, went
-from bench.compare.flips import FlipTest, mean_test, rank_test
 from bench.compare.gates import FOUND
 from bench.compare.margins import FAILURES
 from bench.compare.pairs import Pairing
@@ -15,7 +14,8 @@ from bench.compare.result import Row, Verdict
 from bench.compare.values import paired_values
 from bench.compare.verdict import Draft
 from bench.score.metrics import metric_named
-from bench.score.summary import typical
+from bench.statistics.flips import FlipTest, mean_test, rank_test
+from bench.summary.table import typical
 from burrscan.arrays import Bools, Floats
 
 

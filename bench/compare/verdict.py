@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from bench.compare.flips import FlipTest
 from bench.compare.holm import holm, holm_levels
 from bench.compare.result import Row, Seen, Verdict
+from bench.statistics.flips import FlipTest
 
 ALPHA = 0.05
 """Chance of any false verdict among all gated metrics of a comparison."""

@@ -8,16 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from bench.compare.flips import mean_test
-from bench.compare.verdict import ALPHA
 from bench.detection.curve import PodCurve, Scale, Share, shares
 from bench.detection.hit_miss import fit_hit_miss
 from bench.detection.signal import fit_signal
 from bench.run.records import Record
+from bench.statistics.flips import mean_test
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
 Model = Literal["hit/miss", "signal"]
+ALPHA = 0.05
+"""Intervals of false calls hold for 95 of 100 such sets of scenes."""
 ONE_SIZE = 1.05
 """Sizes within this factor are one."""
 

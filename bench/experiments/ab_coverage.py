@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import stats
 
-from bench.compare.flips import mean_test
+from bench.statistics.flips import mean_test
 from burrscan.arrays import Floats
 
 COUNTS = (8, 16, 24)

@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from bench.perf.peers import PEERS, TASKS, Peer, Task, measured
+from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from burrscan.api import inspect_mesh
 from burrscan.meshio import read_mesh
 

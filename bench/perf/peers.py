@@ -20,8 +20,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.axis.bound import cramer_rao_deg
-from bench.axis.revolution import RevolutionScan, revolution_scan
+from bench.synthetic.axis_bound import cramer_rao_deg
+from bench.synthetic.revolution import RevolutionScan, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 

@@ -16,7 +16,7 @@ from bench.report.sides import Side
 from bench.report.summary import Cell, Row, score_row
 from bench.run import Record, Run
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise
+from bench.summary.table import summarise
 
 
 @dataclass(frozen=True)

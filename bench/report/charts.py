@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from bench.report.axes import Axes, padded, round_up
-from bench.report.pictures import signed_map
+from bench.plotting.axes import Axes, padded, round_up
+from bench.plotting.pictures import signed_map
 from burrscan.arrays import Floats
 from scenes.wheel import deviation_mm
 

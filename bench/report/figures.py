@@ -10,13 +10,14 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bench.report import charts, pictures
-from bench.report.axes import round_up
+from bench.plotting import pictures
+from bench.plotting.axes import round_up
+from bench.report import charts
 from bench.report.charts import Mark, Unrolled
 from bench.report.load import Arrays
 from bench.report.sides import Side
 from bench.report.solid import Solid, viewer
-from burrscan.arrays import Ints, Levels
+from burrscan.arrays import Levels
 
 _FAIR_SHARE = 0.15
 _OUTSIDE = np.array([1000.0, 0.0, 500.0])  # where to look from at what no camera saw
@@ -130,41 +131,22 @@ def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure,
     """What the scanner showed and saw; nothing for a mesh that nobody scanned."""
     if "pixels" not in found:
         return ()
-    part = window(truth)
+    part = pictures.window(truth)
     depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)
     fates = pictures.classes(found["pixels"][part], PIXEL_COLOURS)
     figures = [Figure("A pattern as the camera saw it", _camera(found["image"], truth, "camera image"))]
     if "intensity" in found:
-        mask = picture(pictures.photo(found["intensity"]), "intensity mask")
+        mask = pictures.picture(pictures.photo(found["intensity"]), "intensity mask")
         figures.append(Figure("Adapted intensity of the projector", mask, "intensity"))
     return (
         *figures,
-        Figure("What became of each pixel", picture(fates, "fate of the pixels"), "pixels"),
-        Figure("Depth error, mm", picture(depth, "depth error"), "depth"),
+        Figure("What became of each pixel", pictures.picture(fates, "fate of the pixels"), "pixels"),
+        Figure("Depth error, mm", pictures.picture(depth, "depth error"), "depth"),
     )
 
 
 def _camera(image: Levels, truth: Arrays, label: str) -> Markup:
-    return picture(pictures.photo(pictures.brightened(image[window(truth)])), label)
-
-
-def window(truth: Arrays) -> tuple[slice, slice]:
-    """Rows and columns of the camera's pictures that hold what can be measured, with a margin."""
-    mask = truth["measurable"]
-    if not mask.any():
-        return slice(None), slice(None)
-    margin = max(mask.shape) // 20
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    return _widened(rows, margin), _widened(columns, margin)
-
-
-def _widened(used: Ints, margin: int) -> slice:
-    return slice(max(int(used[0]) - margin, 0), int(used[-1]) + 1 + margin)
-
-
-def picture(uri: str, label: str) -> Markup:
-    """A picture as an element of the page."""
-    return Markup('<img src="{}" alt="{}" decoding="async">').format(uri, label)
+    return pictures.picture(pictures.photo(pictures.brightened(image[pictures.window(truth)])), label)
 
 
 def _true_map(truth: Arrays, limits: Scales) -> Markup:

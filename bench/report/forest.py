@@ -12,7 +12,7 @@ from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
 from bench.compare.text import SIGNS, here, number
 from bench.score.metrics import metric_named
-from bench.score.summary import typical
+from bench.summary.table import typical
 
 WIDTH, HEIGHT = 320.0, 24.0
 _SIDE = 12.0

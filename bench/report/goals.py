@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 from bench.report.forest import headed, shown
 from bench.run import Run
-from bench.score.goals import GoalRow, goal_rows
 from bench.score.metric import Metric, within
 from bench.score.metrics import metric_named
+from bench.summary.goals import GoalRow, goal_rows
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from bench.report.forest import headed, shown, signed
 from bench.report.sides import Panel
 from bench.run import Record
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise
 from bench.suites.cases import POINT
+from bench.summary.table import summarise
 
 _MOST_VALUES = 8  # of a number; more are put into groups of equal size
 _MOST_GROUPS = 5

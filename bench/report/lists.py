@@ -8,7 +8,7 @@ from typing import Any
 from bench.report import summary
 from bench.report.sides import Panel
 from bench.run import Record
-from bench.score.summary import summarise
+from bench.summary.table import summarise
 
 
 def failures(panels: Sequence[Panel]) -> list[dict[str, Any]]:

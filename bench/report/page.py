@@ -15,7 +15,8 @@ from markupsafe import Markup
 from bench.compare import Comparison, compare_runs
 from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.result import ArmComparison, by_case
-from bench.report import pictures, summary
+from bench.plotting import pictures
+from bench.report import summary
 from bench.report.cases import CaseView, view
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
@@ -84,7 +85,9 @@ def _write(page: Path, content: Mapping[str, Any]) -> None:
 @cache
 def _template() -> jinja2.Template:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("bench.report"),
+        loader=jinja2.ChoiceLoader(
+            [jinja2.PackageLoader("bench.report"), jinja2.PackageLoader("bench.plotting")]
+        ),
         autoescape=True,
         finalize=_shown,
         undefined=jinja2.StrictUndefined,

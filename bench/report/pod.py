@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from bench.detection import Detection, PodCurve, detection, of_one_size
 from bench.detection.records import Model
-from bench.report.axes import Axes, log_marks
+from bench.plotting.axes import Axes, log_marks
 from bench.report.sides import Panel
 from burrscan.arrays import Floats
 

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bench.report.pictures import lossy, ramp
+from bench.plotting.pictures import lossy, ramp
 from burrscan.arrays import Floats, Levels
 
 _FINEST = 4095  # steps of a coordinate along the longest side: 12 bits

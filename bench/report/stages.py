@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from bench.budget import BudgetRow, budget_rows
 from bench.report.forest import headed, shown
 from bench.report.sides import Panel, Side
 from bench.score.metrics import metric_named
+from bench.summary.budget import BudgetRow, budget_rows
 
 _WIDTH, _HEIGHT = 320.0, 16.0
 STAGES = ("decoding", "triangulation", "coverage", "axis", "generatrix", "burrs")

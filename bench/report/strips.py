@@ -25,7 +25,7 @@ from bench.report.forest import (
 from bench.report.sides import Side
 from bench.run import Record
 from bench.score.metrics import metric_named
-from bench.score.summary import summarise, value_of
+from bench.summary.table import summarise, value_of
 from burrscan.arrays import Floats
 
 _JITTER_PX = (0.0, -4.0, 4.0, -2.0, 2.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
-from bench.score.summary import summarise, typical, value_of
+from bench.summary.table import summarise, typical, value_of
 
 _FEWEST = 6
 _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same

@@ -14,7 +14,7 @@ from bench.report.sides import Panel, Side
 from bench.run import Record
 from bench.score.metric import within
 from bench.score.metrics import METRICS, metric_named
-from bench.score.summary import value_of
+from bench.summary.table import value_of
 
 _SMALLEST_MARGIN = 1e-9  # a margin of zero would make every case stand out without end
 

@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.axis.spec import mesh_from
 from bench.suites.case import Case
 from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, Variant
 from bench.suites.variants import stages_of
+from bench.synthetic.spec import mesh_from
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
 from scenes.scene import scene_from

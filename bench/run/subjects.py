@@ -9,8 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.axis.bound import cramer_rao_covariance
-from bench.axis.spec import MeshSpec, RidgeSpec, mesh_from, scanned
 from bench.budget.budget import Budget, mesh_budget, scan_budget
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
 from bench.score.evidence import Evidence
@@ -18,6 +16,8 @@ from bench.score.part import MeshEvidence, MeshTruth
 from bench.suites.case import Case
 from bench.suites.identity import entropy
 from bench.suites.sources import Source
+from bench.synthetic.axis_bound import cramer_rao_covariance
+from bench.synthetic.spec import MeshSpec, RidgeSpec, mesh_from, scanned
 from burrscan.arrays import Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
-from bench.axis.spec import mesh_hash
+from bench.synthetic.spec import mesh_hash
 from scenes.scene import scene_from, scene_hash
 
 Source = Literal["scene", "mesh"]
 """``scene``: rendered, scanned and inspected (:mod:`scenes.scene`). ``mesh``: only inspected
-(:mod:`bench.axis.spec`); the metrics of a scan do not apply."""
+(:mod:`bench.synthetic.spec`); the metrics of a scan do not apply."""
 
 
 def _scene_hash(document: Mapping[str, Any]) -> str:

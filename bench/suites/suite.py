@@ -118,7 +118,7 @@ class Suite:
         The pipelines under test.
     source
         What ``scene`` describes: a scene to be rendered and scanned, or a synthetic mesh
-        (:class:`bench.axis.spec.MeshSpec`), which is only inspected.
+        (:class:`bench.synthetic.spec.MeshSpec`), which is only inspected.
     sweep
         Dotted path in the scene to the values it takes; the points are the full grid, the last path fastest.
         In a file also ``pipeline.STAGE.PARAMETER``: each of its values makes one more variant of every

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from bench.cli import main
+from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from burrscan import inspect_mesh
 from burrscan.arrays import Floats, Ints32
 from burrscan.errors import InputError

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import permutation_test, wilcoxon
 
-from bench.compare.flips import DRAWN, FlipTest, mean_test, rank_test
 from bench.compare.holm import holm, holm_levels
 from bench.compare.result import Row
 from bench.compare.verdict import ALPHA, Draft, decide, judged
+from bench.statistics.flips import DRAWN, FlipTest, mean_test, rank_test
 from burrscan.arrays import Floats
 
 VALUES = st.one_of(

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bench.cli import main
+from bench.leaderboard import leaderboard
 from bench.run.directory import Run, RunDirectory, describe_run, load_run, write_manifest
 from bench.run.records import Failure, Record, append
-from bench.score.leaderboard import leaderboard
 from bench.suites.suite import suite_from
 
 SUITE = suite_from(

@@ -1,7 +1,7 @@
-from bench.axis.bound import cramer_rao_deg
-from bench.axis.revolution import RevolutionScan
 from bench.perf.geometry import installed, peer_line, size_line
 from bench.perf.peers import Peer, Setting, Task, best_setting, measured
+from bench.synthetic.axis_bound import cramer_rao_deg
+from bench.synthetic.revolution import RevolutionScan
 from burrscan.arrays import Floats
 
 

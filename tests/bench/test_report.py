@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bench.report import build_report, charts, pictures, summary
-from bench.report.axes import Axes, round_up, ticks
+from bench.plotting import pictures
+from bench.plotting.axes import Axes, round_up, ticks
+from bench.report import build_report, charts, summary
 from bench.report.cases import burr_tables
 from bench.report.page import MOST_PICTURED
 from bench.run import load_run

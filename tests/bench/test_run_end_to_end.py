@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.budget import SUBSTITUTIONS, budget_rows
+from bench.budget import SUBSTITUTIONS
 from bench.cli import main
 from bench.run import load_run
+from bench.summary.budget import budget_rows
 
 SUITE = """
 name = "tiny"

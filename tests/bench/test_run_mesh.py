@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.axis.spec import mesh_from, mesh_hash, scanned
 from bench.cli import main
 from bench.run import load_run
-from bench.score.goals import goal_rows
 from bench.suites.catalogue import load_suite
+from bench.summary.goals import goal_rows
+from bench.synthetic.spec import mesh_from, mesh_hash, scanned
 from burrscan.errors import InputError
 
 SUITE = """

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bench.axis.revolution import RevolutionScan, grid_faces, profile_of, random_pose
+from bench.synthetic.revolution import RevolutionScan, grid_faces, profile_of, random_pose
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh, origin_mm
 from burrscan.inspection import Axis

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, revolution_scan
 from burrscan.errors import InputError
 from burrscan.pipeline import Stage
 from tests.burrscan.parts import angle_in_frame_deg, turned

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.spec import MeshSpec, scanned
+from bench.synthetic.spec import MeshSpec, scanned
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, random_pose, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, random_pose, revolution_scan
 from burrscan import Datum
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm

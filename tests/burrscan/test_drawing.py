@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, random_pose, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, random_pose, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.agreement import agreed

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, revolution_scan
 from burrscan.errors import InputError
 from burrscan.meshio import (
     UNITS_MM,

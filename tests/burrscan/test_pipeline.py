@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import burrscan
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.documents import build
 from burrscan.errors import InputError
 from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function, stage_of

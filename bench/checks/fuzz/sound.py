@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from bench.axis.spec import MeshSpec, scanned
 from bench.run import Record, RunDirectory
 from bench.run.directory import describe_run, write_manifest
 from bench.run.provenance import session
@@ -16,6 +15,7 @@ from bench.run.records import append
 from bench.score import METRICS
 from bench.suites.cases import expand
 from bench.suites.suite import suite_from
+from bench.synthetic.spec import MeshSpec, scanned
 from burrscan.arrays import Image
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.revolution import revolution_scan, sphere_profile
+from bench.synthetic.revolution import revolution_scan, sphere_profile
 from burrscan.axis import find_axis
 
 

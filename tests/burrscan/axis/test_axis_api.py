@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import METHODS, find_axis
 from burrscan.axis.basis import SENSE
 from burrscan.errors import InputError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis.basis import SENSE, T_part_mesh, origin_mm, perpendicular_basis, sensed
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.checks import axis_checks
 from burrscan.inspection import Axis

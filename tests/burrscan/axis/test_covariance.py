@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.stats import t as student
 
-from bench.axis.bound import cramer_rao_deg
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.axis_bound import cramer_rao_deg
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.fitting.covariance import _freedom, _quantile_ratio, _widening
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.revolution import axis_angle_deg
+from bench.synthetic.revolution import axis_angle_deg
 from burrscan.axis import find_axis
 from burrscan.meshio import read_mesh
 from tests.data import AXES, meshes, place

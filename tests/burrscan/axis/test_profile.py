@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from bench.axis.bound import cramer_rao_deg
-from bench.axis.revolution import RevolutionScan, RidgeBurr, axis_angle_deg, random_pose, revolution_scan
+from bench.synthetic.axis_bound import cramer_rao_deg
+from bench.synthetic.revolution import RevolutionScan, RidgeBurr, axis_angle_deg, random_pose, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 from burrscan.axis.basis import perpendicular_basis

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis.sections import (
     fit_circles,
     kasa_circle,

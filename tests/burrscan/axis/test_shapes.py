@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.axis.revolution import axis_angle_deg
+from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis import find_axis
 from tests.views import single_view

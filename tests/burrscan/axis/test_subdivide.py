@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.axis.revolution import axis_angle_deg, profile_of, random_pose, revolution_scan
+from bench.synthetic.revolution import axis_angle_deg, profile_of, random_pose, revolution_scan
 from burrscan import inspect_mesh
 from burrscan.axis import find_axis
 from burrscan.axis.points.subdivide import COARSE, TARGET, subdivided

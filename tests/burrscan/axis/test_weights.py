@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.axis.revolution import RevolutionScan, axis_angle_deg, revolution_scan
+from bench.synthetic.revolution import RevolutionScan, axis_angle_deg, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import burrscan
-from bench.axis.revolution import RidgeBurr, revolution_scan
+from bench.synthetic.revolution import RidgeBurr, revolution_scan
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.sense import in_sense
 from burrscan.burrs import burrs_residual

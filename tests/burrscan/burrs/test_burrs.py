@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from bench.axis.revolution import RevolutionScan, RidgeBurr, revolution_scan
+from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_scan
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.axis.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
+from bench.synthetic.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix import METHODS, deviation_mm, fit_generatrix

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.axis.revolution import grid_faces
+from bench.synthetic.revolution import grid_faces
 from burrscan.arrays import Floats
 from burrscan.registration import PosedSurface
 

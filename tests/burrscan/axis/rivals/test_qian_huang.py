@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis.rivals.qian_huang import find_axis_qian_huang
 
 

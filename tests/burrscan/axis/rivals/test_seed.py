@@ -3,7 +3,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from bench.axis.revolution import revolution_scan
+from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.rivals import seed as seed_module
 from burrscan.axis.rivals.seed import nearest_to_others, orientation_grid, quality_of, without_strays

@@ -1,0 +1,1 @@
+"""What pages draw with: plots in SVG, pictures as data URIs, the style sheet."""

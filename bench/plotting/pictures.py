@@ -1,0 +1,109 @@
+"""Arrays as pictures inside the page: WebP in data URIs, so that the report is one file."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from burrscan.arrays import Ints, Levels
+
+_PHOTO_QUALITY = 82
+_DRAWING_QUALITY = 60
+_WIDEST = 512
+_SCREEN_GAMMA = 2.2
+_LOSSLESS = 101  # OpenCV's way to say so
+_STEPS = 20  # colour steps on each side of zero: enough to see, few enough to stay small
+
+BLUE_WHITE_RED = ((5, 48, 97), (67, 147, 195), (247, 247, 247), (214, 96, 77), (103, 0, 31))
+"""ColorBrewer's RdBu, from negative to positive: readable with any colour vision."""
+
+
+def photo(image: Levels) -> str:
+    """A grey picture (h, w) as a data URI, slightly lossy, wide ones reduced."""
+    share = min(_WIDEST / image.shape[1], 1.0)
+    size = (round(image.shape[1] * share), round(image.shape[0] * share))
+    return _data_uri(cv2.resize(image, size, interpolation=cv2.INTER_AREA), _PHOTO_QUALITY)
+
+
+def lossy(image: Levels) -> str:
+    """A coloured picture (h, w, 4), blue first, as a data URI, slightly lossy."""
+    return _data_uri(image, _DRAWING_QUALITY)
+
+
+def brightened(image: Levels) -> Levels:
+    """A linear camera picture with the gamma of screens, so that its dark parts can be seen."""
+    table = np.round(255.0 * np.linspace(0.0, 1.0, 256) ** (1 / _SCREEN_GAMMA)).astype(np.uint8)
+    return table[image]
+
+
+def signed_map(values: NDArray[np.floating], limit: float) -> str:
+    """Signed values (h, w) in blue, white and red, clipped at ±``limit``; NaN is transparent."""
+    known = np.isfinite(values)
+    share = np.clip(np.where(known, values, 0.0) / limit, -1.0, 1.0)
+    colours = ramp()[np.round((share + 1.0) * _STEPS).astype(int)]
+    return _data_uri(_with_alpha(colours, known), _LOSSLESS)
+
+
+def classes(labels: Levels, colours: Mapping[int, str]) -> str:
+    """Class numbers (h, w) in the given ``#rrggbb`` colours; classes without one are transparent."""
+    table = np.zeros((256, 4), np.uint8)
+    for label, colour in colours.items():
+        table[label] = [*bytes.fromhex(colour.removeprefix("#")), 255]
+    return _data_uri(_bgr(table[labels]), _LOSSLESS)
+
+
+def gradient() -> str:
+    """The colours of :func:`signed_map` as a CSS gradient, for a legend."""
+    stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in BLUE_WHITE_RED)
+    return f"linear-gradient(to right, {stops})"
+
+
+def ramp() -> Levels:
+    """(2 * steps + 1, 3) colours of :func:`signed_map`, red, green, blue, from -1 to +1."""
+    at = np.linspace(0.0, 1.0, len(BLUE_WHITE_RED))
+    wanted = np.linspace(0.0, 1.0, 2 * _STEPS + 1)
+    anchors = np.array(BLUE_WHITE_RED, float)
+    return (
+        np.stack([np.interp(wanted, at, anchors[:, i]) for i in range(3)], axis=-1).round().astype(np.uint8)
+    )
+
+
+def window(truth: Mapping[str, NDArray[Any]]) -> tuple[slice, slice]:
+    """Rows and columns of the camera's pictures that hold what can be measured, with a margin."""
+    mask = truth["measurable"]
+    if not mask.any():
+        return slice(None), slice(None)
+    margin = max(mask.shape) // 20
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return _widened(rows, margin), _widened(columns, margin)
+
+
+def _widened(used: Ints, margin: int) -> slice:
+    return slice(max(int(used[0]) - margin, 0), int(used[-1]) + 1 + margin)
+
+
+def picture(uri: str, label: str) -> Markup:
+    """A picture as an element of the page."""
+    return Markup('<img src="{}" alt="{}" decoding="async">').format(uri, label)
+
+
+def _with_alpha(colours: Levels, known: NDArray[np.bool_]) -> Levels:
+    opaque = np.where(known, 255, 0).astype(np.uint8)
+    return _bgr(np.dstack([np.where(known[..., None], colours, 0).astype(np.uint8), opaque]))
+
+
+def _bgr(rgba: Levels) -> Levels:
+    return np.ascontiguousarray(rgba[..., [2, 1, 0, 3]])  # OpenCV's order
+
+
+def _data_uri(image: Levels, quality: int) -> str:
+    done, data = cv2.imencode(".webp", np.ascontiguousarray(image), [cv2.IMWRITE_WEBP_QUALITY, quality])
+    if not done:
+        raise ValueError(f"an image of shape {image.shape} cannot be written as WebP")
+    return "data:image/webp;base64," + base64.b64encode(data.tobytes()).decode("ascii")

@@ -1,0 +1,177 @@
+"""Figure 6: the axis found, its circles and centres; the evaluations it takes, how often it is right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bench.reproduction.circles import picture, shown
+from bench.reproduction.lab import PIPELINES, Lab
+from bench.reproduction.parts import SIDES, Claim, Numbers, Section, Table, number, verdict
+from bench.reproduction.scanned import Scanned
+from bench.synthetic.revolution import axis_angle_deg
+from burrscan.arrays import Floats
+from burrscan.axis.profile import find_axis_profile
+from burrscan.axis.rivals.seed import find_axis_seed, find_axis_seed_literal
+from burrscan.axis.rivals.seed_mended import find_axis_seed_mended
+from burrscan.inspection import Axis
+
+RIGHT_DEG, BASIN_DEG = 2.0, 20.0
+"""Within the first an axis is right to the eye; beyond the second the descent was in another basin."""
+DRAW = 1_000_003
+"""Between the seeds of frames: neighbours start the same stream of random samples."""
+MANY = 120
+"""Frames for the two readings: they end in several basins, so the median of few says little."""
+FRAMES = 40
+"""Random frames in which each scan's axis is searched: the paper's own frame is not known."""
+Method = Callable[..., Axis]
+METHODS: dict[str, Method] = {
+    "seed": find_axis_seed,
+    "seed_literal": find_axis_seed_literal,
+    "seed_forward": partial(find_axis_seed, gradient="forward"),
+    "seed_strays": partial(find_axis_seed, least_share=0.0),
+    "seed_circles": partial(find_axis_seed, mean="circles"),
+    "seed_rounds": partial(find_axis_seed, ransac_rounds=0),
+    "seed_fresh": partial(find_axis_seed, draws="fresh"),
+    "seed_grid": partial(find_axis_seed, sampling="uniform"),
+    "seed_n8": partial(find_axis_seed, n=8),
+    "seed_lm": partial(find_axis_seed, descent="levenberg_marquardt"),
+    "mended": find_axis_seed_mended,
+    "default": find_axis_profile,
+}
+NAMES = {
+    "seed": "seed: the charitable reading",
+    "seed_literal": "seed-literal: as printed",
+    "seed_forward": "seed with forward differences",
+    "seed_strays": "seed with the scan's strays",
+    "seed_circles": "seed with the mean of the circles' means",
+    "seed_rounds": "seed with adaptive RANSAC rounds, not 5",
+    "seed_fresh": "seed with fresh samples at every orientation",
+    "seed_grid": "seed with the printed grid",
+    "seed_n8": "seed with n = 8, 64 starts",
+    "seed_lm": "seed with Levenberg-Marquardt",
+    "mended": "its idea mended (seed-mended)",
+    "default": "default",
+}
+
+
+def in_random_frames(scan: Scanned, method: Method, count: int) -> tuple[Floats, Floats]:
+    """Errors in degrees and evaluations of a method on one scan, turned into random frames."""
+    centred = scan.vertices_mm - scan.vertices_mm.mean(axis=0)
+    errors, evaluations = [], []
+    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
+        axis = method(np.ascontiguousarray(centred @ turn.T), scan.faces, seed=DRAW * k)
+        errors.append(axis_angle_deg(axis.direction, turn @ scan.direction))
+        evaluations.append(axis.evaluations)
+    return np.array(errors), np.array(evaluations, float)
+
+
+def measure(lab: Lab) -> Numbers:
+    """Each method on both scans in random frames; circles in the frame with the median error."""
+    found: dict[str, Floats] = {}
+    for name, scan in lab.pair("wheel").items():
+        for key, method in METHODS.items():
+            few = FRAMES if key.startswith("seed") else FRAMES // 2
+            count = lab.repeats(MANY if key in {"seed", "seed_literal"} else few)
+            errors, evaluations = in_random_frames(scan, method, count)
+            found |= {f"{name}_{key}_errors": errors, f"{name}_{key}_evaluations": evaluations}
+        own = PIPELINES[name].axis.method
+        axis = _median_axis(scan, METHODS[own if own == "seed" else "default"], lab.repeats(FRAMES))
+        found |= shown(name, scan, axis)
+    return found
+
+
+def found_in_frames(scan: Scanned, method: Method, count: int) -> list[Floats]:
+    """Directions (3,) found in random frames, turned back into the scan's."""
+    centre = scan.vertices_mm.mean(axis=0)
+    found = []
+    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
+        turned = np.ascontiguousarray((scan.vertices_mm - centre) @ turn.T)
+        direction = method(turned, scan.faces, seed=DRAW * k).direction
+        found.append(np.asarray(turn.T @ direction))
+    return found
+
+
+def _median_axis(scan: Scanned, method: Method, count: int) -> Floats:
+    """The direction of the run whose error is the median."""
+    found = found_in_frames(scan, method, count)
+    errors = [scan.error_deg(direction) for direction in found]
+    return found[int(np.argsort(errors)[len(errors) // 2])]
+
+
+def draw(n: Numbers) -> Section:
+    """Mesh, intersection points, circles and centres about the axis of each variant."""
+    own = {"seed": "seed", "default": "default"}
+    errors = {v: n[f"{v}_{own[v]}_errors"] for v in PIPELINES}
+    literal, forward = (n[f"seed_seed_{key}_errors"] for key in ("literal", "forward"))
+    evaluations = [float(np.median(n[f"{v}_{own[v]}_evaluations"])) for v in PIPELINES]
+    printed = float(np.median(n["seed_seed_literal_evaluations"]))
+    lm = [float(np.median(n[f"{v}_seed_lm_evaluations"])) for v in PIPELINES]
+    far = float(np.mean(errors["seed"] > BASIN_DEG))
+    return Section(
+        title="Figure 6: the axis found",
+        reports="The axis orientation is right after about 30 evaluations of f: estimated circles, "
+        "intersection points and circle centres are shown; the centres lie on a line along the axis.",
+        measured=f"Two readings of the text. As printed, {printed:.0f} evaluations (median) and "
+        f"{_found(literal)}. The charitable one takes {evaluations[0]:.0f}, every one counted, and is "
+        f"{_found(errors['seed'])}, in {len(errors['seed'])} random frames; the paper's own frame is not "
+        "known. "
+        f"{far:.0%} of the frames end more than {BASIN_DEG:g}° off: the nine starts are so sparse that "
+        "another "
+        "basin is the better one there; that is the method's. The table changes one thing at a time. Forward "
+        "differences over 30° and 10° are the slope of a point half a step away, and end beside the minimum: "
+        f"they alone make it {np.median(forward):.0f}°. The picture shows the run with the median error.",
+        claims=(
+            Claim("3.1", "the orientation takes about 30 evaluations of f", "about 30",
+                  f"{evaluations[0]:.0f} (median); as printed {printed:.0f}", f"{evaluations[1]:.0f}",
+                  "yes" if 20 <= printed <= 45 else "no",
+                  "the printed descent counts what the paper counts; central differences cost two more a "
+                  "step"),
+            Claim("3.1, figure 6", "those evaluations find the axis", "right to the eye",
+                  f"{_found(errors['seed'])}; as printed {_found(literal)}", _found(errors["default"]),
+                  verdict([bool(np.median(errors["seed"]) < RIGHT_DEG), far < 0.05]),
+                  f"the median frame is right with central differences; {far:.0%} end in another basin. "
+                  f"Experiment: 64 starts instead of nine leave {_far(n, 'seed_n8'):.0%}"),
+            Claim("3.1", "Levenberg-Marquardt needs many more evaluations than steepest descent", "more",
+                  f"{lm[0]:.0f} against {printed:.0f}, both with forward differences", "–",
+                  "yes" if lm[0] > printed else "no",
+                  "" if lm[0] > printed else "each step costs more, but it settles after fewer"),
+        ),
+        pictures=tuple(picture(n, name, _title(n, name), name) for name in SIDES),
+        tables=(_table(n),),
+    )  # fmt: skip
+
+
+def _found(errors: Floats) -> str:
+    digits = 0 if np.median(errors) > 5 else 2 if np.median(errors) > 0.1 else 4
+    low, high = np.percentile(errors, [25, 75])
+    return (
+        f"off by {np.median(errors):.{digits}f}° (median; middle half {low:.2g}° to {high:.2g}°), "
+        f"{np.mean(errors < 5.0):.0%} within 5°"
+    )
+
+
+def _far(n: Numbers, key: str) -> float:
+    """Share of the frames in which the search on the seed's scan ended in another basin."""
+    return float(np.mean(n[f"seed_{key}_errors"] > BASIN_DEG))
+
+
+def _table(n: Numbers) -> Table:
+    rows = []
+    for scan in PIPELINES:
+        for key, title in NAMES.items():
+            errors, evaluations = n[f"{scan}_{key}_errors"], n[f"{scan}_{key}_evaluations"]
+            rows.append((
+                f"{scan} scan, {title}", f"{np.median(errors):.3g}°", f"{np.percentile(errors, 90):.3g}°",
+                f"{np.mean(errors < 1.0):.0%}", f"{np.mean(errors < 5.0):.0%}",
+                f"{np.median(evaluations):.0f}", str(len(errors)),
+            ))  # fmt: skip
+    heads = ("scan, method", "median error", "90 % below", "within 1°", "within 5°", "evaluations", "frames")
+    return Table(heads, tuple(rows), "The same scans in random frames; no method is told the noise")
+
+
+def _title(n: Numbers, name: str) -> str:
+    return f"Off by {number(n, f'{name}_off'):.3g}°; centres spread over {number(n, f'{name}_spread'):.2g} mm"

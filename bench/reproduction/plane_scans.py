@@ -1,0 +1,131 @@
+"""The plane of figure 2, scanned in full light and in adapted light."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bench.reproduction.camera_view import OPPOSITE, seen_photo
+from bench.reproduction.lab import Lab
+from bench.reproduction.parts import Numbers, number
+from bench.reproduction.scanned import Scanned
+from bench.reproduction.shade import frame_of, shaded
+from burrscan.arrays import Bools, Floats, Levels
+
+SCENE = "plane"
+FILL = 0.8
+"""Share of the camera's range that the plane's median fills without adaptation."""
+PERIOD_PX = 16
+SURFACE_MM = 5.0
+"""Of the disc, along its axis."""
+SCANS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "seed_clipped": ("seed", {"adapt": False, "mask_clipped": False}),
+    "seed_refused": ("seed", {"adapt": False}),
+    "seed_corrected": ("seed", {}),
+    "default_refused": ("fixed", {}),
+    "default_corrected": ("adaptive", {}),
+}
+"""Strategy and parameters; all but the corrected ones at the exposure that suits most of the plane."""
+
+
+def plain_exposure_ms(scan: Scanned) -> float:
+    """The exposure at which the plane's median fills :data:`FILL` of the range; its highlight then clips."""
+    white = scan.arrays["white"][scan.arrays["measurable"]].astype(float)
+    return float(
+        np.round(
+            number(scan.arrays, "exposure_ms") * FILL * number(scan.arrays, "full_dn") / np.median(white)
+        )
+    )
+
+
+def heights_mm(scan: Scanned) -> Floats:
+    """(h, w) height over the true plane, NaN where nothing was measured."""
+    T = scan.arrays["T_part_camera"]
+    return np.asarray(scan.arrays["points_mm"] @ T[2, :3] + T[2, 3] - SURFACE_MM)
+
+
+def harmonic_of(error_px: Floats, u_px: Floats) -> float:
+    """Cycles per period of the sine at which the error along a row is strongest.
+
+    Error and column (N,), both in projector pixels, in order along the row.
+    """
+    even = np.arange(u_px.min(), u_px.max(), 0.25)
+    order = np.argsort(u_px)
+    wave = np.interp(even, u_px[order], error_px[order])
+    power = np.abs(np.fft.rfft((wave - wave.mean()) * np.hanning(len(wave)))) ** 2
+    cycles = np.fft.rfftfreq(len(wave), d=0.25 / PERIOD_PX)
+    return float(cycles[1:][np.argmax(power[1:])])
+
+
+def measure(lab: Lab) -> Numbers:
+    """Reconstructions, sections through the highlight, coverage and height errors inside it and outside."""
+    exposure_ms = plain_exposure_ms(lab.scan(SCENE, "seed", adapt=False))
+    scans = {
+        key: lab.scan(SCENE, method, **given, **({} if "corrected" in key else {"exposure_ms": exposure_ms}))
+        for key, (method, given) in SCANS.items()
+    }
+    clipped = scans["seed_clipped"]
+    spot = (clipped.arrays["white"] >= number(clipped.arrays, "full_dn")) & clipped.arrays["measurable"]
+    row = int(np.median(np.flatnonzero(spot.any(axis=1))))
+    found: dict[str, Any] = {
+        "exposure_ms": np.asarray(exposure_ms),
+        "spot": np.asarray(spot.sum() / clipped.arrays["measurable"].sum()),
+        "harmonic": np.asarray(_harmonic(clipped, spot, row)),
+        "white": seen_photo(clipped.arrays["white"], clipped),
+        "image": seen_photo(clipped.arrays["image"], clipped),
+    }
+    frame = frame_of(clipped.vertices_mm, OPPOSITE)
+    for key, scan in scans.items():
+        found |= _one(key, scan, spot, row)
+        view = shaded(scan.vertices_mm, scan.faces, OPPOSITE, frame_mm=frame)
+        found[f"{key}_view"] = _with_line(view, clipped.arrays["true_points_mm"][row], frame)
+    return found
+
+
+def _with_line(view: Levels, points_mm: Floats, frame_mm: tuple[Floats, Floats]) -> Levels:
+    """A shaded picture with a row's points (w, 3) marked: the line of the cross-section."""
+    low, high = frame_mm
+    scale = view.shape[1] / (high[0] - low[0])
+    seen = points_mm[np.isfinite(points_mm).all(axis=1)] @ OPPOSITE[:2].T
+    columns, rows = ((seen[:, 0] - low[0]) * scale).astype(int), ((high[1] - seen[:, 1]) * scale).astype(int)
+    inside = (columns >= 0) & (columns < view.shape[1]) & (rows >= 0) & (rows < view.shape[0])
+    marked = view.copy()
+    marked[rows[inside], columns[inside]] = 0
+    return marked
+
+
+def _one(key: str, scan: Scanned, spot: Bools, row: int) -> dict[str, Any]:
+    height, plane = heights_mm(scan), scan.arrays["measurable"]
+    T = scan.arrays["T_part_camera"]
+    across = scan.arrays["true_points_mm"][row] @ T[:3, :3].T + T[:3, 3]
+    return {
+        f"{key}_covered": np.array([_share(height, spot), _share(height, plane & ~spot)]),
+        f"{key}_rms_mm": np.array([_rms(height[spot]), _rms(height[plane & ~spot])]),
+        f"{key}_section": np.column_stack([_along(across), height[row]])[plane[row]],
+        f"{key}_exposure_ms": scan.arrays["exposure_ms"],
+    }
+
+
+def _along(points_mm: Floats) -> Floats:
+    """Positions (w,) of a row's points, in the part frame, along the line they lie on."""
+    flat = points_mm[:, :2]
+    ends = flat[np.isfinite(flat).all(axis=1)][[0, -1]]
+    unit = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    return np.asarray(flat @ unit)
+
+
+def _share(height: Floats, where: Bools) -> float:
+    return float(np.isfinite(height[where]).mean()) if where.any() else np.nan
+
+
+def _rms(height: Floats) -> float:
+    known = height[np.isfinite(height)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
+
+
+def _harmonic(scan: Scanned, spot: Bools, row: int) -> float:
+    error, u_px = (scan.arrays[key][row].astype(float) for key in ("u_error_px", "u_response_px"))
+    known = spot[row] & np.isfinite(error) & np.isfinite(u_px)
+    return harmonic_of(error[known], u_px[known]) if known.sum() > 2 * PERIOD_PX else np.nan

@@ -1,0 +1,1 @@
+"""Tests over scenes: what a handful of numbers says of their mean."""

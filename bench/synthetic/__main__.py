@@ -1,0 +1,27 @@
+"""Tables over synthetic scans, no rendering: ``python -m bench.synthetic axis``, ``... burrs``."""
+
+from __future__ import annotations
+
+import argparse
+
+from bench.synthetic import axis_command, burr_command
+
+_COMMANDS = {"axis": axis_command, "burrs": burr_command}
+
+
+def main() -> None:
+    """Run the command named, with its options."""
+    parser = argparse.ArgumentParser(prog="python -m bench.synthetic", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="axis|burrs")
+    for name, module in _COMMANDS.items():
+        command = commands.add_parser(
+            name, description=module.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        module.add_options(command)
+        command.set_defaults(run=module.run)
+    given = parser.parse_args()
+    given.run(given)
+
+
+if __name__ == "__main__":
+    main()
