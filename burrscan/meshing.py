@@ -169,6 +169,22 @@ def _agrees(depth: Floats, variance: Floats, r: int, c: int, reaches: Floats, ou
 
 
 @njit(cache=True, nogil=True)
+def _join(
+    depth: Floats,
+    variance: Floats,
+    number: Ints32,
+    parent: Ints,
+    one: tuple[int, int],
+    two: tuple[int, int],
+    reach: float,
+) -> None:
+    """Make one piece of two pixels' pieces where the pixels are joined."""
+    if _joined(depth[one], depth[two], variance[one], variance[two], reach):
+        a, b = _root(parent, number[one]), _root(parent, number[two])
+        parent[max(a, b)] = min(a, b)
+
+
+@njit(cache=True, nogil=True)
 def _large_pieces(depth: Floats, variance: Floats, keep: Bools, reach: float, least: int) -> Bools:
     """Keep the pixels of pieces of at least ``least`` joined pixels (union-find, one raster pass)."""
     height, width = depth.shape
@@ -178,11 +194,10 @@ def _large_pieces(depth: Floats, variance: Floats, keep: Bools, reach: float, le
         for c in range(width):
             if not keep[r, c]:
                 continue
-            for y, x in ((r, c - 1), (r - 1, c)):
-                near = y >= 0 and x >= 0 and keep[y, x]
-                if near and _joined(depth[r, c], depth[y, x], variance[r, c], variance[y, x], reach):
-                    a, b = _root(parent, number[r, c]), _root(parent, number[y, x])
-                    parent[max(a, b)] = min(a, b)
+            if c > 0 and keep[r, c - 1]:
+                _join(depth, variance, number, parent, (r, c), (r, c - 1), reach)
+            if r > 0 and keep[r - 1, c]:
+                _join(depth, variance, number, parent, (r, c), (r - 1, c), reach)
     size = np.zeros(len(parent), np.int64)
     for i in range(len(parent)):
         parent[i] = _root(parent, i)
@@ -202,16 +217,48 @@ def _root(parent: Ints, i: int) -> int:
     return i
 
 
+# corners of 2×2 pixels in the order top left, bottom left, bottom right, top right: counter-clockwise as seen
+_DOWN, _RIGHT = (0, 1, 1, 0), (0, 0, 1, 1)
+
+
 @njit(cache=True, nogil=True)
-def _faces(  # noqa: C901 (a kernel)
-    depth: Floats, variance: Floats, number: Ints32, reach: float
-) -> Ints32:
+def _whole(
+    depth: Floats, variance: Floats, at: tuple[int, int], corners: tuple[int, int, int], reach: float
+) -> bool:
+    """Whether the three corners of a triangle are joined to each other."""
+    whole = True
+    for e in range(3):
+        i, j = corners[e], corners[(e + 1) % 3]
+        y0, x0, y1, x1 = at[0] + _DOWN[i], at[1] + _RIGHT[i], at[0] + _DOWN[j], at[1] + _RIGHT[j]
+        away = reach * np.sqrt(float((y0 - y1) ** 2 + (x0 - x1) ** 2))
+        v0, v1 = variance[y0, x0], variance[y1, x1]
+        whole &= _joined(depth[y0, x0], depth[y1, x1], v0, v1, away)
+    return whole
+
+
+@njit(cache=True, nogil=True)
+def _add_whole(
+    faces: Ints32,
+    n: int,
+    number: Ints32,
+    at: tuple[int, int],
+    corners: tuple[int, int, int],
+    whole: bool,  # noqa: FBT001 (numba takes no keywords only)
+) -> int:
+    """Write a triangle as face ``n`` if it is whole; how many faces there are then."""
+    if whole:
+        for e in range(3):
+            i = corners[e]
+            faces[n, e] = number[at[0] + _DOWN[i], at[1] + _RIGHT[i]]
+    return n + whole
+
+
+@njit(cache=True, nogil=True)
+def _faces(depth: Floats, variance: Floats, number: Ints32, reach: float) -> Ints32:
     """Up to two triangles per 2×2 pixels, split along the diagonal with the smaller step in depth."""
     height, width = depth.shape
     faces = np.empty((2 * height * width, 3), np.int32)
     n = 0
-    # corners in the order top left, bottom left, bottom right, top right: counter-clockwise as seen
-    rows, columns = (0, 1, 1, 0), (0, 0, 1, 1)
     for r in range(height - 1):
         for c in range(width - 1):
             start = 0
@@ -219,25 +266,15 @@ def _faces(  # noqa: C901 (a kernel)
             up = abs(depth[r + 1, c] - depth[r, c + 1])
             missing = 0
             for i in range(4):
-                if number[r + rows[i], c + columns[i]] < 0:
-                    missing += 1
-                    start = (i + 1) % 4
+                gone = number[r + _DOWN[i], c + _RIGHT[i]] < 0
+                missing += gone
+                start = (i + 1) % 4 if gone else start
             if missing > 1:
                 continue
             if missing == 0:
                 start = 0 if down <= up else 1
             for t in range(2 - missing):
                 corners = (start, (start + 1 + t) % 4, (start + 2 + t) % 4)
-                whole = True
-                for e in range(3):
-                    i, j = corners[e], corners[(e + 1) % 3]
-                    y0, x0, y1, x1 = r + rows[i], c + columns[i], r + rows[j], c + columns[j]
-                    away = reach * np.sqrt(float((y0 - y1) ** 2 + (x0 - x1) ** 2))
-                    v0, v1 = variance[y0, x0], variance[y1, x1]
-                    whole &= _joined(depth[y0, x0], depth[y1, x1], v0, v1, away)
-                if whole:
-                    for e in range(3):
-                        i = corners[e]
-                        faces[n, e] = number[r + rows[i], c + columns[i]]
-                    n += 1
+                whole = _whole(depth, variance, (r, c), corners, reach)
+                n = _add_whole(faces, n, number, (r, c), corners, whole)
     return faces[:n].copy()

@@ -32,12 +32,11 @@ def _rasterised(
                 u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
                 v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
                 w = 1.0 - u - v
-                if u < -1e-9 or v < -1e-9 or w < -1e-9:
-                    continue
+                inside = u >= -1e-9 and v >= -1e-9 and w >= -1e-9
                 z = u * a[2] + v * b[2] + w * c[2]
-                if z > depth[y, x]:
-                    depth[y, x] = z
-                    image[y, x] = tone[t]
+                nearer = inside and z > depth[y, x]
+                depth[y, x] = z if nearer else depth[y, x]
+                image[y, x] = tone[t] if nearer else image[y, x]
     return image
 
 

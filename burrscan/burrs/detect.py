@@ -132,10 +132,8 @@ def _explain(strong: Bools, statistic: Floats, shape: Ints32, boxes: Ints32) -> 
             if not strong[i, j]:
                 continue
             a, b = boxes[shape[i, j], 0] // 2 + 1, boxes[shape[i, j], 1] // 2 + 1
-            for row in range(max(i - a, 0), min(i + a + 1, height)):
-                for column in range(max(j - b, 0), min(j + b + 1, width)):
-                    if statistic[i, j] < _EXPLAINED * statistic[row, column]:
-                        strong[i, j] = False
+            around = statistic[max(i - a, 0) : min(i + a + 1, height), max(j - b, 0) : min(j + b + 1, width)]
+            strong[i, j] = not statistic[i, j] < _EXPLAINED * around.max()
 
 
 def evidence_of(field: Field) -> Evidence:
@@ -163,6 +161,16 @@ def _integral(image: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _keep_largest(
+    z: Floats, spread: float, number: int, best: Floats, inflation: Floats, shape: Ints32
+) -> None:
+    """Of each position of a row keep the box that stands out most."""
+    for j in range(len(z)):
+        if abs(z[j]) > abs(best[j]):
+            best[j], inflation[j], shape[j] = z[j], spread, number
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _match(
     count: Floats, score: Floats, boxes: Ints32, small_one: int, mean: float
 ) -> tuple[Floats, Floats, Ints32, Floats]:
@@ -177,14 +185,10 @@ def _match(
         _box_statistic(count, score, a, b, mean, statistic)
         centre, spread = _row_cores(statistic)
         for i in range(height):
-            for j in range(width):
-                if statistic[i, j] == 0.0:
-                    continue
-                z = (statistic[i, j] - centre[i]) / spread[i]
-                if number == small_one:
-                    small[i, j] = z
-                if abs(z) > abs(best[i, j]):
-                    best[i, j], inflation[i, j], shape[i, j] = z, spread[i], number
+            z = np.where(statistic[i] == 0.0, 0.0, (statistic[i] - centre[i]) / spread[i])
+            if number == small_one:
+                small[i] = z
+            _keep_largest(z, spread[i], number, best[i], inflation[i], shape[i])
     return best, inflation, shape, small
 
 
@@ -206,18 +210,25 @@ def _box_statistic(count: Floats, score: Floats, a: int, b: int, mean: float, st
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _core_sums(row: Floats, middle: float, reach: float) -> tuple[float, float, float]:
+    """Number, sum and sum of squares of a row's values about ``middle``, as far as ``reach``."""
+    n, total, square = 0.0, 0.0, 0.0
+    for j in range(len(row)):
+        x = row[j] - middle
+        if row[j] != 0.0 and abs(x) <= reach:
+            n, total, square = n + 1.0, total + x, square + x * x
+    return n, total, square
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _row_cores(statistic: Floats) -> tuple[Floats, Floats]:
     """Centre and spread (at least 1) of each row's core, the spread drawn to that of all rows."""
-    height, width = statistic.shape
+    height = statistic.shape[0]
     centre, variance, number = np.zeros(height), np.ones(height), np.zeros(height)
     for i in range(height):
         for step in range(4):
-            n, total, square, middle = 0.0, 0.0, 0.0, centre[i]
             reach = 2.5 * max(np.sqrt(variance[i]), 1.0) if step else 4.0
-            for j in range(width):
-                x = statistic[i, j] - middle
-                if statistic[i, j] != 0.0 and abs(x) <= reach:
-                    n, total, square = n + 1.0, total + x, square + x * x
+            n, total, square = _core_sums(statistic[i], centre[i], reach)
             if n > 4.0:
                 shift = total / n
                 centre[i] += shift

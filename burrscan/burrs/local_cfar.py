@@ -111,22 +111,38 @@ def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _thicken(cells: Bools, by: int, closed: bool, across: Bools) -> None:  # noqa: FBT001 (as _thick)
+    """Cells of a row within ``by`` of the given ones."""
+    width = len(cells)
+    across[:] = False
+    for j in np.flatnonzero(cells):
+        for k in range(j - by, j + by + 1):
+            if closed or 0 <= k < width:
+                across[k % width] = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001 (numba takes no keywords only)
     """Cells within ``by`` of the given ones, in rows and columns."""
     height, width = cells.shape
     grown = np.zeros_like(cells)
     across = np.zeros(width, np.bool_)
     for i in range(height):
-        across[:] = False
-        for j in range(width):
-            if cells[i, j]:
-                for k in range(j - by, j + by + 1):
-                    if closed or 0 <= k < width:
-                        across[k % width] = True
+        _thicken(cells[i], by, closed, across)
         for row in range(max(i - by, 0), min(i + by + 1, height)):
             for j in range(width):
                 grown[row, j] |= across[j]
     return grown
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum(block: Floats) -> float:
+    """The sum of a block of cells, row by row."""
+    total = 0.0
+    for row in range(block.shape[0]):
+        for column in range(block.shape[1]):
+            total += block[row, column]
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -151,11 +167,9 @@ def _box_means(
     level = np.full((height, width), np.nan)
     for i in range(span[0], span[1]):
         for j in range(width):
-            n, s = 0.0, 0.0
-            for row in range(max(i - a, 0), min(i + a + 1, height)):
-                for column in range(max(j - b, 0), min(j + b + 1, width)):
-                    n += count[row, column]
-                    s += total[row, column]
+            top, bottom = max(i - a, 0), min(i + a + 1, height)
+            left, right = max(j - b, 0), min(j + b + 1, width)
+            n, s = _sum(count[top:bottom, left:right]), _sum(total[top:bottom, left:right])
             if n >= 2.0:
                 level[i, j] = s / n
     return level

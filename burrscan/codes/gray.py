@@ -78,6 +78,16 @@ def cells_of(code: Ints) -> Ints:
     return number
 
 
+@njit(cache=True, nogil=True)
+def _plain(code: int, bits: int) -> int:
+    """The number behind a Gray code."""
+    shift = 1
+    while shift < bits:
+        code ^= code >> shift
+        shift *= 2
+    return code
+
+
 @njit(cache=True, parallel=True, nogil=True)
 def _cells(
     images: Image, black: float, gain: float, floor: float, doubtful_z2: float
@@ -92,17 +102,11 @@ def _cells(
                 on, off = float(images[2 * b, r, c]), float(images[2 * b + 1, r, c])
                 code = 2 * code + (1 if on > off else 0)
                 variance = gain * (max(on - black, 0.0) + max(off - black, 0.0)) + 2.0 * floor
-                if (on - off) ** 2 < doubtful_z2 * variance:
-                    doubts += 1
-                    flip = 1 << (bits - 1 - b)
-            flipped = code ^ flip
-            shift = 1
-            while shift < bits:
-                code ^= code >> shift
-                flipped ^= flipped >> shift
-                shift *= 2
-            cell[r, c] = code
-            other[r, c] = flipped if doubts <= 1 else -1
+                doubtful = (on - off) ** 2 < doubtful_z2 * variance
+                doubts += doubtful
+                flip = 1 << (bits - 1 - b) if doubtful else flip
+            cell[r, c] = _plain(code, bits)
+            other[r, c] = _plain(code ^ flip, bits) if doubts <= 1 else -1
     return cell, other
 
 

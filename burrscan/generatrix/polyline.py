@@ -148,6 +148,16 @@ def _occupied(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> tup
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _append_near(square: Floats, most: float, segments: Ints32, count: int) -> int:
+    """Write the numbers of values up to ``most`` behind the first ``count``; how many there are then."""
+    for k in range(len(square)):
+        if square[k] <= most:
+            segments[count] = k
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _lists(
     centres: Floats, nodes: Floats, starts: Ints, side: float, slack: float, reach: float
 ) -> tuple[Ints, Ints32]:
@@ -168,10 +178,7 @@ def _lists(
         if least <= reach + side:
             if count + len(starts) > len(segments):
                 segments = np.concatenate((segments, np.empty(len(segments) + len(starts), np.int32)))
-            for k in range(len(starts)):
-                if square[k] <= (least + margin) ** 2:
-                    segments[count] = k
-                    count += 1
+            count = _append_near(square, (least + margin) ** 2, segments, count)
         first[i + 1] = count
     return first, segments[:count]
 

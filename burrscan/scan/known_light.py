@@ -18,6 +18,7 @@ from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
 
 _GAUSS = 0.5 / np.sqrt(3.0)
+_NODES = ((-_GAUSS, -_GAUSS), (-_GAUSS, _GAUSS), (_GAUSS, -_GAUSS), (_GAUSS, _GAUSS))
 _LONGEST_STEP_PX = 2.0
 
 
@@ -92,11 +93,10 @@ def _bias(
             du_down, du_across = _slope(u_px, y, x, 1, 0), _slope(u_px, y, x, 0, 1)
             dv_down, dv_across = _slope(v_px, y, x, 1, 0), _slope(v_px, y, x, 0, 1)
             seen[:] = np.float32(0.0)
-            for dy in (-_GAUSS, _GAUSS):
-                for dx in (-_GAUSS, _GAUSS):
-                    u = min(max(u0 + dy * du_down + dx * du_across, 0.0), columns - 1.001)
-                    v = min(max(v0 + dy * dv_down + dx * dv_across, 0.0), rows - 1.001)
-                    _add_light(levels, light, u, v, seen)
+            for dy, dx in _NODES:
+                u = min(max(u0 + dy * du_down + dx * du_across, 0.0), columns - 1.001)
+                v = min(max(v0 + dy * dv_down + dx * dv_across, 0.0), rows - 1.001)
+                _add_light(levels, light, u, v, seen)
             out[r, c] = _shift(seen, turns, f, g, u0, v0)
     return out
 

@@ -78,8 +78,7 @@ def _expose(
                     _electrons(dark + rate * light[f, p], shot[side], shot_key, counter, side), full_well
                 )
                 analogue = electrons + read_noise * read[side]
-                if len(curve):
-                    analogue = full_well * _bent(analogue / full_well, curve)
+                analogue = full_well * _bent(analogue / full_well, curve) if len(curve) else analogue
                 value = black + gain * analogue
                 images[f, p] = np.uint16(min(max(math.floor(value + 0.5), 0.0), top))
     return images

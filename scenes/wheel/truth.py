@@ -215,6 +215,15 @@ def _segment_distance(z: float, r: float, curve: Floats, i: int) -> tuple[float,
 
 
 @njit(cache=True, nogil=True)
+def _appended(listed: Ints, used: int, one: int) -> Ints:
+    """The list with one more behind those used; one twice as long when it is full."""
+    if used == len(listed):
+        listed = np.concatenate((listed, np.empty_like(listed)))
+    listed[used] = one
+    return listed
+
+
+@njit(cache=True, nogil=True)
 def _list_near(
     middle: Floats, curve: Floats, reach: float, parent: Ints, first: Ints, choice: Ints
 ) -> tuple[Ints, Ints]:
@@ -231,9 +240,7 @@ def _list_near(
             limit = min(limit, distances[k] + reach)
         for k in range(len(chosen)):
             if distances[k] <= limit:
-                if used == len(listed):
-                    listed = np.concatenate((listed, np.empty_like(listed)))
-                listed[used] = chosen[k]
+                listed = _appended(listed, used, chosen[k])
                 used += 1
                 counts[cell] += 1
     return counts, listed[:used]

@@ -249,6 +249,16 @@ def _accumulate(
 
 
 @kernel
+def _solve(inverse: Floats, row: Floats, offset: Floats, response: Floats) -> None:
+    """Add a piece's offset (3,) and its response (3, 4) to the pose, from its inverse matrix and its sums."""
+    for i in range(3):
+        for j in range(3):
+            offset[i] += inverse[i, j] * row[5 + j]
+            for p in range(4):
+                response[i, p] += inverse[i, j] * row[8 + 4 * j + p]
+
+
+@kernel
 def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
     count = sums.shape[0]
@@ -260,11 +270,7 @@ def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats,
         if row[0] < least:
             continue
         inverse[k] = _inverse(row, stiffness)
-        for i in range(3):
-            for j in range(3):
-                offset[k, i] += inverse[k, i, j] * row[5 + j]
-                for p in range(4):
-                    response[k, i, p] += inverse[k, i, j] * row[8 + 4 * j + p]
+        _solve(inverse[k], row, offset[k], response[k])
         _add_eliminated(row, offset[k], response[k], H, g)
     return H + np.triu(H, 1).T, g, offset, response, inverse
 

@@ -95,24 +95,28 @@ def _histogram(
 
 
 @kernel
-def _blurred(field: Floats, kernel: Floats) -> Floats:  # noqa: C901
-    """Separable blur; only non-empty cells cost anything."""
+def _smear(line: Floats, at: int, values: Floats, kernel: Floats) -> None:
+    """Add a cell's values (C,), spread by the kernel, to the cells (N, C) of its row or column."""
     half = kernel.shape[0] // 2
-    rows, columns, channels = field.shape
+    for s in range(max(-half, -at), min(half, line.shape[0] - 1 - at) + 1):
+        for c in range(line.shape[1]):
+            line[at + s, c] += kernel[s + half] * values[c]
+
+
+@kernel
+def _blurred(field: Floats, kernel: Floats) -> Floats:
+    """Separable blur; only non-empty cells cost anything."""
+    rows, columns, _ = field.shape
     once = np.zeros_like(field)
     for j in range(rows):
         for k in range(columns):
             if field[j, k, 0] > 0.0:
-                for s in range(max(-half, -j), min(half, rows - 1 - j) + 1):
-                    for c in range(channels):
-                        once[j + s, k, c] += kernel[s + half] * field[j, k, c]
+                _smear(once[:, k], j, field[j, k], kernel)
     twice = np.zeros_like(field)
     for j in range(rows):
         for k in range(columns):
             if once[j, k, 0] > 0.0:
-                for s in range(max(-half, -k), min(half, columns - 1 - k) + 1):
-                    for c in range(channels):
-                        twice[j, k + s, c] += kernel[s + half] * once[j, k, c]
+                _smear(twice[j], k, once[j, k], kernel)
     return twice
 
 
@@ -191,9 +195,9 @@ def _label_map(
                 across = dz * normal[m, 0] + dr * normal[m, 1]
                 along = max(0.0, abs(dr * normal[m, 0] - dz * normal[m, 1]) - HALF * spacing)
                 distance = across * across + along * along
-                if distance < best[j, k]:
-                    best[j, k] = distance
-                    labels[j, k] = m
+                nearer = distance < best[j, k]
+                labels[j, k] = m if nearer else labels[j, k]
+                best[j, k] = distance if nearer else best[j, k]
     return labels
 
 

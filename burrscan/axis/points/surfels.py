@@ -80,6 +80,16 @@ def plane_of(row: Floats) -> tuple[float, float, float, float]:
 
 
 @kernel
+def _add_around(index: Ints, sums: Floats, wide: Floats) -> None:
+    """The sums (10,) of a block of cells together; a cell without points has the index -1."""
+    wide[:] = 0.0
+    for s in index.flat:
+        if s >= 0:
+            for e in range(10):
+                wide[e] += sums[s, e]
+
+
+@kernel
 def _fit_planes(places: Ints, index: Ints, sums: Floats, few: float) -> tuple[Floats, Floats]:
     normals = np.empty((sums.shape[0], 3))
     flatness = np.empty(sums.shape[0])
@@ -88,15 +98,8 @@ def _fit_planes(places: Ints, index: Ints, sums: Floats, few: float) -> tuple[Fl
         x, y, z, flat = plane_of(sums[m])
         if sums[m, 0] < few:
             flat = 1.0
-        wide[:] = 0.0
         a, b, c = places[m]
-        for i in range(a - 1, a + 2):
-            for j in range(b - 1, b + 2):
-                for k in range(c - 1, c + 2):
-                    s = index[i, j, k]
-                    if s >= 0:
-                        for e in range(10):
-                            wide[e] += sums[s, e]
+        _add_around(index[a - 1 : a + 2, b - 1 : b + 2, c - 1 : c + 2], sums, wide)
         u, v, w, blunt = plane_of(wide)
         if blunt <= flat:
             x, y, z, flat = u, v, w, blunt

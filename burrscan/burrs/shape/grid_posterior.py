@@ -300,7 +300,16 @@ def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterio
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _moments(  # noqa: C901 (one pass over the nodes)
+def _add_moments(mass: float, value: Floats, first: Floats, second: Floats) -> None:
+    """Add a node's mass to the first moments (4,) and the upper triangle of the second ones (4, 4)."""
+    for k in range(4):
+        first[k] += mass * value[k]
+        for m in range(k, 4):
+            second[k, m] += mass * value[k] * value[m]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _moments(
     some: Bools,
     chi2: Floats,
     height: Floats,
@@ -337,10 +346,7 @@ def _moments(  # noqa: C901 (one pass over the nodes)
             value[2], value[3] = turn[i, j], np.log(halves[i])
             total += mass
             open_height += mass * misfit / (information[i, j] * h * h)
-            for k in range(4):
-                first[k] += mass * value[k]
-                for m in range(k, 4):
-                    second[k, m] += mass * value[k] * value[m]
+            _add_moments(mass, value, first, second)
     mean, covariance = first / total, np.empty((4, 4))
     for k in range(4):
         for m in range(k, 4):

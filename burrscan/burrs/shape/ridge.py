@@ -190,6 +190,19 @@ def _guess(patch: Patch, spacing: float) -> Floats | None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _match(v: Floats, lift: Floats, sigma: Floats, centre: float, half: float) -> tuple[float, float]:
+    """A triangle's weighted square, and its product with the data."""
+    power, match = 0.0, 0.0
+    for i in range(len(v)):
+        shape = 1.0 - abs(v[i] - centre) / half
+        if shape > 0.0:
+            weight = shape / (sigma[i] * sigma[i])
+            power += weight * shape
+            match += weight * lift[i]
+    return power, match
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _best_of_grid(
     v: Floats, lift: Floats, sigma: Floats, centres: Floats, halves: Floats
 ) -> tuple[float, float, float]:
@@ -197,13 +210,7 @@ def _best_of_grid(
     best, height, centre, half = 0.0, 0.0, 0.0, 0.0
     for c in centres:
         for w in halves:
-            power, match = 0.0, 0.0
-            for i in range(len(v)):
-                shape = 1.0 - abs(v[i] - c) / w
-                if shape > 0.0:
-                    weight = shape / (sigma[i] * sigma[i])
-                    power += weight * shape
-                    match += weight * lift[i]
+            power, match = _match(v, lift, sigma, c, w)
             if match > 0.0 and match * match / power > best:
                 best, height, centre, half = match * match / power, match / power, c, w
     return height, centre, half
@@ -300,6 +307,22 @@ def _equations(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _damped(gradient: Floats, normal: Floats, free: Bools, damping: float) -> tuple[Floats, Floats]:
+    """Matrix and right side of a damped step of the free parameters (Marquardt); the others stay."""
+    system = np.eye(5)
+    right = np.zeros(5)
+    for j in range(5):
+        if not free[j]:
+            continue
+        right[j] = gradient[j]
+        for k in range(5):
+            if free[k]:
+                system[j, k] = normal[j, k]
+        system[j, j] = normal[j, j] * (1.0 + damping) + 1e-12 * (normal[0, 0] + 1e-300)
+    return system, right
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _descend(
     u: Floats,
     v: Floats,
@@ -314,16 +337,7 @@ def _descend(
     damping = 1e-3
     chi2, gradient, normal = _equations(u, v, lift, sigma, p, power, footprint)
     for _ in range(_STEPS):
-        system = np.eye(5)
-        right = np.zeros(5)
-        for j in range(5):
-            if not free[j]:
-                continue
-            right[j] = gradient[j]
-            for k in range(5):
-                if free[k]:
-                    system[j, k] = normal[j, k]
-            system[j, j] = normal[j, j] * (1.0 + damping) + 1e-12 * (normal[0, 0] + 1e-300)
+        system, right = _damped(gradient, normal, free, damping)
         trial = p + np.linalg.solve(system, right)
         trial[3] = max(trial[3], narrowest)
         trial[4] = min(max(trial[4], -0.8), 0.8)

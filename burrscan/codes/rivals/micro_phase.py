@@ -58,8 +58,41 @@ def decode(
     return Correspondence(np.where(mask, u_px, nan), np.where(mask, sigma, nan), mask)
 
 
+@njit(cache=True, nogil=True)
+def _highest(re: Floats, im: Floats, table: Floats, sums: Floats) -> tuple[int, float]:
+    """Place on the grid of the highest sum of the phasors, and the highest beyond its main lobe."""
+    at = 0
+    for i in range(len(sums)):
+        sums[i] = 0.0
+        for j in range(len(re)):
+            sums[i] += re[j] * table[i, j, 0] + im[j] * table[i, j, 1]
+        if sums[i] > sums[at]:
+            at = i
+    second = 0.0
+    for i in range(len(sums)):
+        if abs(i - at) * _GRID_PX > _MAIN_LOBE_PX:
+            second = max(second, sums[i])
+    return at, second
+
+
+@njit(cache=True, nogil=True)
+def _refined(re: Floats, im: Floats, k: Floats, f: Floats, u: float) -> tuple[float, float, float, float]:
+    """The column by three Newton steps, the sum of the phasors there, its information, the weights' sum."""
+    along, information, total = 0.0, 0.0, 0.0
+    for _ in range(3):
+        information, moment, along, total = 0.0, 0.0, 0.0, 0.0
+        for j in range(len(re)):
+            c0, s0 = np.cos(f[j] * u), np.sin(f[j] * u)
+            along += re[j] * c0 + im[j] * s0
+            moment += f[j] * (im[j] * c0 - re[j] * s0)
+            information += k[j] * f[j] * f[j]
+            total += k[j]
+        u += moment / (information * along / total)
+    return u, along, information, total
+
+
 @njit(cache=True, parallel=True, nogil=True)
-def _best(  # noqa: C901, PLR0912 (a kernel)
+def _best(
     offset: Floats32, sigma: Floats32, amplitude: Floats32, f: Floats, columns: int
 ) -> tuple[Floats32, Floats32, Floats32]:
     count, height, width = offset.shape
@@ -88,28 +121,8 @@ def _best(  # noqa: C901, PLR0912 (a kernel)
                 power += k[j] * amplitude[j, r, c] ** 2
             if not power > 4.0 * count:
                 continue
-            at = 0
-            for i in range(places):
-                sums[i] = 0.0
-                for j in range(count):
-                    sums[i] += re[j] * table[i, j, 0] + im[j] * table[i, j, 1]
-                if sums[i] > sums[at]:
-                    at = i
-            second = 0.0
-            for i in range(places):
-                if abs(i - at) * _GRID_PX > _MAIN_LOBE_PX:
-                    second = max(second, sums[i])
-            u = at * _GRID_PX
-            information, total = 0.0, 0.0
-            for _ in range(3):
-                information, moment, along, total = 0.0, 0.0, 0.0, 0.0
-                for j in range(count):
-                    c0, s0 = np.cos(f[j] * u), np.sin(f[j] * u)
-                    along += re[j] * c0 + im[j] * s0
-                    moment += f[j] * (im[j] * c0 - re[j] * s0)
-                    information += k[j] * f[j] * f[j]
-                    total += k[j]
-                u += moment / (information * along / total)
+            at, second = _highest(re, im, table, sums)
+            u, along, information, total = _refined(re, im, k, f, at * _GRID_PX)
             if along > 0.0 and -0.5 < u < columns - 0.5:
                 u_px[r, c] = u
                 stated[r, c] = total / (along * np.sqrt(information))

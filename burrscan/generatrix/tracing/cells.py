@@ -282,8 +282,7 @@ def _ridge(place: Ints, index: Ints32, count: Floats) -> Bools:
         for row in range(max(place[i, 0] - 1, 0), min(place[i, 0] + 2, index.shape[0])):
             for column in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, index.shape[1])):
                 j = index[row, column]
-                if j >= 0 and count[i] < _TAIL * count[j]:
-                    keep[i] = False
+                keep[i] &= j < 0 or count[i] >= _TAIL * count[j]
     return keep
 
 
@@ -313,8 +312,6 @@ def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: i
         for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):
             for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
                 j = index[row, column]
-                if j < 0 or coverage[j] < 1.5 * coverage[i]:
-                    continue
-                if _bits(masks[i] & masks[j]) <= 0.2 * coverage[i] * ARC_BINS:
-                    keep[i] = False
+                stronger = j >= 0 and coverage[j] >= 1.5 * coverage[i]
+                keep[i] &= not stronger or _bits(masks[i] & masks[j]) > 0.2 * coverage[i] * ARC_BINS
     return keep

@@ -155,11 +155,10 @@ def _cells(images: Image, camera: CameraSheet, cell_px: int) -> Floats32:
 def _certain(u_px: Floats32, cell_px: int, *, reach_px: int = 2, most_cells: float = 1.5) -> Bools:
     """Pixels with which most of the eight pixels around them, ``reach_px`` away, agree."""
     agree = np.zeros(u_px.shape, np.int32)
-    for rows in (-reach_px, 0, reach_px):
-        for columns in (-reach_px, 0, reach_px):
-            if rows or columns:
-                with np.errstate(invalid="ignore"):
-                    agree += np.abs(shifted(u_px, rows, columns) - u_px) <= most_cells * cell_px
+    steps = (-reach_px, 0, reach_px)
+    for rows, columns in [(rows, columns) for rows in steps for columns in steps if rows or columns]:
+        with np.errstate(invalid="ignore"):
+            agree += np.abs(shifted(u_px, rows, columns) - u_px) <= most_cells * cell_px
     return agree >= 5
 
 

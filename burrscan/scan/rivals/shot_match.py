@@ -90,10 +90,14 @@ def _seeds(seen: Floats32, weight: Floats32, light: Floats, slopes: Floats, apar
         r = i * _GRID_PX + _GRID_PX // 2
         found, start, scores = np.empty(6), np.empty(4), np.empty(len(light))
         for c in range(_GRID_PX // 2, width, _GRID_PX):
-            if weight[r, c] > 0.0 and _search(seen, weight, light, slopes, r, c, apart_px, scores, start):
-                fitted = _refine(seen, weight, light, r, c, start, found)
-                if fitted and found[5] >= _LEAST_FIT and abs(found[0] - start[0]) < apart_px:
-                    state[:, r, c] = found
+            if (
+                weight[r, c] > 0.0
+                and _search(seen, weight, light, slopes, r, c, apart_px, scores, start)
+                and _refine(seen, weight, light, r, c, start, found)
+                and found[5] >= _LEAST_FIT
+                and abs(found[0] - start[0]) < apart_px
+            ):
+                state[:, r, c] = found
     return state
 
 
@@ -261,6 +265,15 @@ def _left_over(
 
 
 @njit(cache=True, nogil=True)
+def _add_equation(w: float, row: Floats, left: float, normal: Floats, moment: Floats) -> None:
+    """Add a pixel's equation, of weight ``w``, to the normal equations."""
+    for k in range(7):
+        moment[k] += w * row[k] * left
+        for j in range(7):
+            normal[k, j] += w * row[k] * row[j]
+
+
+@njit(cache=True, nogil=True)
 def _sums(
     seen: Floats32,
     weight: Floats32,
@@ -290,10 +303,7 @@ def _sums(
             row[0], row[1], row[2], row[3] = slope, slope * dx, slope * dy, 0.5 * slope * dx * dx
             row[4], row[5], row[6] = g, 1.0, dx
             left = value - gain * g - offset - tilt * dx
-            for k in range(7):
-                moment[k] += w * row[k] * left
-                for j in range(7):
-                    normal[k, j] += w * row[k] * row[j]
+            _add_equation(w, row, left, normal, moment)
             chi2, n, f1, f2, count = (
                 chi2 + w * left * left,
                 n + w,

@@ -55,6 +55,50 @@ def mixed_pixels(
     return found
 
 
+@njit(cache=True, nogil=True)
+def _across(u: Floats32, r: int, c: int, step: int, jump: float) -> tuple[int, int, float]:
+    """The neighbour of a number, and how far its column is away; 0 where no edge lies between."""
+    far = 1 + step // 4
+    y = r + (far if step % 4 == 0 else (-far if step % 4 == 1 else 0))
+    x = c + (far if step % 4 == 2 else (-far if step % 4 == 3 else 0))
+    if not (0 <= y < u.shape[0] and 0 <= x < u.shape[1]):
+        return r, c, 0.0
+    apart = abs(u[y, x] - u[r, c])
+    return y, x, apart if apart > far * jump else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _beside_jump(u: Floats32, r: int, c: int, jump: float) -> bool:
+    """Whether any neighbour lies across an edge."""
+    beside = False
+    for step in range(8):
+        beside |= _across(u, r, c, step, jump)[2] > 0.0
+    return beside
+
+
+@njit(cache=True, nogil=True)
+def _is_moved(
+    z: Complexes,
+    variance: Floats,
+    f: Floats,
+    g: Floats,
+    u: Floats32,
+    v: Floats32,
+    r: int,
+    c: int,
+    jump: float,
+    most: float,
+) -> bool:
+    """Whether the column of any neighbour across an edge moves a pixel's centre."""
+    moved = False
+    for step in range(8):
+        y, x, apart = _across(u, r, c, step, jump)
+        if apart > 0.0:
+            share, sigma = _second(z, variance, f * u[r, c] + g * v[r, c], f * u[y, x] + g * v[y, x])
+            moved |= share * apart > most and share > 3.0 * sigma
+    return moved
+
+
 @njit(cache=True, parallel=True, nogil=True)
 def _mixed(
     images: Image,
@@ -75,21 +119,10 @@ def _mixed(
         for c in range(width):
             if not np.isfinite(u[r, c]):
                 continue
-            known = False
-            for step in range(8):
-                far = 1 + step // 4
-                y = r + (far if step % 4 == 0 else (-far if step % 4 == 1 else 0))
-                x = c + (far if step % 4 == 2 else (-far if step % 4 == 3 else 0))
-                if not (0 <= y < height and 0 <= x < width):
-                    continue
-                apart = abs(u[y, x] - u[r, c])
-                if not apart > far * jump:
-                    continue
-                if not known:
-                    phasors(images, r, c, sheet, turns, z, variance)
-                    known = True
-                share, sigma = _second(z, variance, f * u[r, c] + g * v[r, c], f * u[y, x] + g * v[y, x])
-                found[r, c] |= share * apart > most and share > 3.0 * sigma
+            if not _beside_jump(u, np.int64(r), c, jump):
+                continue
+            phasors(images, r, c, sheet, turns, z, variance)
+            found[r, c] = _is_moved(z, variance, f, g, u, v, np.int64(r), c, jump, most)
     return found
 
 

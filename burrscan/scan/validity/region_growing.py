@@ -64,12 +64,10 @@ def _next(u: Floats32, within: Floats32, known: Bools, believed: Bools, front: I
     for at in front:
         for y in range(max(at // width - _REACH, 0), min(at // width + _REACH + 1, height)):
             for x in range(max(at % width - _REACH, 0), min(at % width + _REACH + 1, width)):
-                if believed[y, x] or tried[y, x] or not known[y, x]:
-                    continue
-                tried[y, x] = True
-                if abs(_expected(u, believed, y, x) - u[y, x]) <= within[y, x]:
-                    found[count] = y * width + x
-                    count += 1
+                untried = known[y, x] and not believed[y, x] and not tried[y, x]
+                tried[y, x] |= untried
+                found[count] = y * width + x  # overwritten unless it counts
+                count += untried and abs(_expected(u, believed, y, x) - u[y, x]) <= within[y, x]
     return found[:count].copy()
 
 
