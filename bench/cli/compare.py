@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_trust, command
+from bench.cli.grammar import Commands, add_json, add_trust, command
+from bench.cli.output import told, write_json
+
+if TYPE_CHECKING:
+    from bench.compare.outputs import Sitting
 
 _DETAILS = """\
 Cases are paired: both arms saw the same scene and the same light. Every row answers two questions.
@@ -20,7 +25,8 @@ difference that is too small to matter:
   inconclusive    more scenes would tell
   not comparable  another scene, or another version of the metric
 BASE may be a folder of accepted runs (see `burrscan accept`); the newest one is taken. Of three or
-more runs each is compared with the first.
+more runs each is compared with the first, and judged as if it were compared alone; every file holds
+all of them.
 
 exit codes: 0 no gate is broken, 1 a gate is broken (--strict: or inconclusive), 2 not comparable or
 bad input"""
@@ -58,6 +64,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--strict", action="store_true", help="exit 1 when a gate is inconclusive, too")
     parser.add_argument("--only", choices=("worse", "better"), help="print only rows and cases that went so")
     add_trust(parser, "a run")
+    add_json(parser, "everything")
     for name, what in _WRITES.items():
         parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {what}")
 
@@ -66,7 +73,6 @@ _WRITES = {
     "html": "it as a report with curves, heat maps and the cases that changed",
     "markdown": "it as Markdown",
     "junit": "the gates as JUnit XML",
-    "json": "everything as JSON",
     "csv": "a line per metric as CSV",
     "latex": "a LaTeX table per variant",
 }
@@ -82,27 +88,32 @@ def main(given: argparse.Namespace) -> int:
 
 def _compare(given: argparse.Namespace) -> int:
     from bench.baselines import newest
-    from bench.compare import compare_runs
+    from bench.compare import compare_runs, joined
+    from bench.compare.outputs import Sitting, to_document
     from bench.run.directory import load_run
     from burrscan.errors import InputError
 
     if not given.new and given.variants is None:
         raise InputError("compare with what? Name a second run, or two variants: --variants A B")
-    files = [name for name in _WRITES if getattr(given, name)]
-    if len(given.new) > 1 and files:
-        raise InputError(f"--{files[0]} holds one comparison; name two runs, not {1 + len(given.new)}")
+    start = time.monotonic()
     base = load_run(newest(given.base))
     variants = (given.variants[0], given.variants[1]) if given.variants else None
-    codes = []
-    for new in [load_run(newest(path)) for path in given.new] or [base]:
-        comparison = compare_runs(base, new, variants=variants, margins=dict(given.margin))
-        _print(comparison, only=given.only)
-        _write(given, comparison)
+    runs = [load_run(newest(path)) for path in given.new] or [base]
+    margins = dict(given.margin)
+    comparisons = [compare_runs(base, new, variants=variants, margins=margins) for new in runs]
+    sitting = Sitting.ended(time.monotonic() - start)
+    with told(given.json):
+        for comparison in comparisons:
+            _print(comparison, only=given.only)
+        _write(given, joined(comparisons), sitting)
         if given.html:
             from bench.report import build_comparison
 
-            print(f"report: {build_comparison(base, new, comparison, given.html)}")
-        codes.append(comparison.strict_exit_code() if given.strict else comparison.exit_code)
+            pairs = list(zip(runs, comparisons, strict=True))
+            print(f"report: {build_comparison(base, pairs, given.html)}")
+    if given.json:
+        write_json(given.json, to_document(joined(comparisons)))
+    codes = [one.strict_exit_code() if given.strict else one.exit_code for one in comparisons]
     return 1 if 1 in codes else max(codes)
 
 
@@ -162,12 +173,16 @@ def _table(arm: Any, only: str | None) -> Any:
     return table
 
 
-def _write(given: argparse.Namespace, comparison: Any) -> None:
-    from bench.compare.outputs import junit, latex, markdown, to_csv, to_json
+def _write(given: argparse.Namespace, comparison: Any, sitting: Sitting) -> None:
+    from bench.compare.outputs import junit, latex, markdown, to_csv
     from burrscan.files import written_whole
 
-    writers: dict[str, Callable[[Any], str]] = {"markdown": markdown, "junit": junit, "json": to_json}
-    writers |= {"csv": to_csv, "latex": latex}
+    writers: dict[str, Callable[[Any], str]] = {
+        "markdown": markdown,
+        "junit": lambda one: junit(one, sitting),
+        "csv": to_csv,
+        "latex": latex,
+    }
     for name, write in writers.items():
         if path := getattr(given, name):
             with written_whole(path) as beside:

@@ -15,17 +15,23 @@ _EXAMPLES = """\
 
 _BASH = """\
 _burrscan() {{
-  local words
-  case "${{COMP_WORDS[1]}}" in
+  local words={top} command='' at
+  for ((at = 1; at < COMP_CWORD; at++)); do
+    case "${{COMP_WORDS[at]}}" in -*) ;; *) command="${{COMP_WORDS[at]}}"; break ;; esac
+  done
+  case "$command" in
 {cases}
-    *) words={top} ;;
   esac
-  [ "$COMP_CWORD" -eq 1 ] && words={top}
+  case "$command ${{COMP_WORDS[COMP_CWORD-1]}}" in
+{values}
+  esac
   COMPREPLY=($(compgen -W "$words" -- "${{COMP_WORDS[COMP_CWORD]}}"))
 }}
 complete -o default -F _burrscan burrscan
 """
 _SUITES_FOR = ("run", "show")
+_FILES = ("FILE", "DIR")
+"""How options call a value that is a file or a folder."""
 
 
 def add(commands: Commands) -> None:
@@ -56,7 +62,14 @@ def bash(top: argparse.ArgumentParser) -> str:
         f"    {name}) words={shlex.quote(' '.join([*_options(one), *_values(name, one)]))} ;;"
         for name, one in tree.items()
     )
-    return _BASH.format(cases=cases, top=shlex.quote(" ".join([*tree, *_options(top)])))
+    values = "\n".join(
+        f"    {'|'.join(shlex.quote(f'{name} {option}') for option in action.option_strings)}) "
+        f"words={shlex.quote(' '.join(map(str, action.choices)))} ;;"
+        for name, one in tree.items()
+        for action in actions_of(one)
+        if action.choices and action.option_strings
+    )
+    return _BASH.format(cases=cases, values=values, top=shlex.quote(" ".join([*tree, *_options(top)])))
 
 
 def zsh(top: argparse.ArgumentParser) -> str:
@@ -70,17 +83,32 @@ def fish(top: argparse.ArgumentParser) -> str:
 
 
 def _fish_lines(top: argparse.ArgumentParser) -> Iterator[str]:
+    for action in actions_of(top):
+        yield from _fish_options("__fish_use_subcommand", action)
     for name, one in subcommands_of(top).items():
         yield f"-n __fish_use_subcommand -f -a {name} -d {shlex.quote(_summary(one))}"
-        when = f"-n '__fish_seen_subcommand_from {name}'"
+        when = shlex.quote(f"__fish_seen_subcommand_from {name}")
         for action in actions_of(one):
-            for option in action.option_strings:
-                kind = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
-                takes = " -r" if action.nargs != 0 else ""
-                yield f"{when} {kind}{takes} -d {shlex.quote((action.help or '').replace('%%', '%'))}"
+            yield from _fish_options(when, action)
         values = _values(name, one)
         if values:
-            yield f"{when} -a {shlex.quote(' '.join(values))}"
+            yield f"-n {when} -a {shlex.quote(' '.join(values))}"
+
+
+def _fish_options(when: str, action: argparse.Action) -> Iterator[str]:
+    """One action's options; a value that is one of a list, or no file, is not completed as a file."""
+    for option in action.option_strings:
+        kind = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
+        says = shlex.quote((action.help or "").replace("%%", "%"))
+        yield f"-n {when} {kind}{_fish_value(action)} -d {says}"
+
+
+def _fish_value(action: argparse.Action) -> str:
+    if action.nargs == 0:
+        return ""
+    if action.choices:
+        return f" -x -a {shlex.quote(' '.join(map(str, action.choices)))}"
+    return " -r" if action.metavar in _FILES else " -x"
 
 
 def _summary(parser: argparse.ArgumentParser) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_trust, command
+from bench.cli.grammar import Commands, add_json, add_trust, command
+from bench.cli.output import told, write_json
 
 if TYPE_CHECKING:
     from bench.baselines import Point
@@ -39,6 +41,7 @@ def add(commands: Commands) -> None:
         type=Path,
         help="folder of accepted runs (default: reports/baselines)",
     )
+    add_json(parser, "the values of every run")
     add_trust(parser, "a run")
 
 
@@ -52,15 +55,25 @@ def main(given: argparse.Namespace) -> int:
 
 def _history(given: argparse.Namespace) -> int:
     from bench.baselines import BASELINES, history
-    from bench.cli.tables import plain_table, print_table
-    from bench.compare.text import number
     from bench.score.metrics import metric_named
 
     points = history(given.metric, given.suite, baselines=given.baselines or BASELINES)
-    variants = list(dict.fromkeys(name for point in points for name in point.values))
     metric = metric_named(given.metric)
+    with told(given.json):
+        _print(given.suite, metric, points)
+    if given.json:
+        head = {"metric": metric.name, "unit": metric.unit, "better": metric.better, "suite": given.suite}
+        write_json(given.json, {**head, "runs": [asdict(point) for point in points]})
+    return 0
+
+
+def _print(suite: str, metric: Any, points: Sequence[Point]) -> None:
+    from bench.cli.tables import plain_table, print_table
+    from bench.compare.text import number
+
+    variants = list(dict.fromkeys(name for point in points for name in point.values))
     unit = {"1": "%", "count": "count"}.get(metric.unit, metric.unit)
-    table = plain_table(f"{metric.title}, {unit}; {metric.better} is better; suite {given.suite}")
+    table = plain_table(f"{metric.title}, {unit}; {metric.better} is better; suite {suite}")
     for head in ("accepted", "run", "version", *variants, "failed", "note"):
         table.add_column(head, justify="right" if head in variants else "left", no_wrap=True)
     for point in points:
@@ -77,7 +90,6 @@ def _history(given: argparse.Namespace) -> int:
             print(f"{point.name}: {name} {way} by {by} since the run before; moved by {commit}")
     if len({point.version for point in points}) > 1:
         print("versions of the metric differ: values of two versions are not comparable")
-    return 0
 
 
 def _value(point: Point, name: str, unit: str) -> str:

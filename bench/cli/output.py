@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +42,24 @@ def told(json_to: Path | None) -> Iterator[None]:
 
 
 def write_json(path: Path, document: Any) -> None:
-    """Write a document as JSON to a file, whole, or with ``-`` to standard output."""
+    """Write a document as JSON to a file, whole, or with ``-`` to standard output.
+
+    JSON knows numbers that are finite; any other becomes null.
+    """
     from burrscan.files import written_whole
 
-    text = json.dumps(document, indent=1) + "\n"
+    text = json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
     if path == STANDARD_OUTPUT:
         sys.stdout.write(text)
         return
     with written_whole(path) as beside:
         beside.write_text(text, "utf-8")
+
+
+def finite(value: Any) -> Any:
+    """A document with null for every number that is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

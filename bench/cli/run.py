@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_trust, command, not_negative, positive
+from bench.cli.grammar import Commands, add_json, add_trust, command, not_negative, positive
+from bench.cli.output import told, write_json
 from bench.cli.signals import Terminated
 
 if TYPE_CHECKING:
@@ -23,8 +25,11 @@ Every case is simulated once and seen by every variant. Records are appended as 
 that a run can be stopped at any moment, and the same command with --resume finishes it with the
 records that an undisturbed run would have made.
 
-exit codes: 0 every variant has a result, 2 a variant failed in every case, or bad input,
-130 interrupted, 143 terminated"""
+Data may not name code: a run directory that is resumed names shipped methods and metrics only,
+unless --trust is given. A suite's file is yours and may.
+
+exit codes: 0 every variant has a result, 2 a variant failed in every case, or the input or the
+machine cannot be used, 3 an error of burrscan's own, 130 interrupted, 143 terminated"""
 
 _EXAMPLES = """\
   burrscan run quick
@@ -52,6 +57,7 @@ def add(commands: Commands) -> None:
         "--seed", metavar="S", type=not_negative, help="another seed, another realisation (default: 0)"
     )
     parser.add_argument("--case", metavar="PATTERN", help="only these cases, such as 'finish=turned,*'")
+    add_json(parser, "scores, goals and failures")
     add_trust(parser, "the run directory to resume")
     parser.add_argument(
         "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
@@ -60,8 +66,6 @@ def add(commands: Commands) -> None:
 
 def main(given: argparse.Namespace) -> int:
     """Run, print the score table, build the report."""
-    from bench.cli.score import budget_table, caption, goals_table, say_failures, terminal_table, times_table
-    from bench.cli.tables import print_table
     from bench.report import build_report
     from bench.run.directory import load_run
 
@@ -74,6 +78,21 @@ def main(given: argparse.Namespace) -> int:
         return code
     run = load_run(out_dir)
     page = build_report(out_dir)  # before anything is printed: the reader may leave, as `| head` does
+    hopeless = hopeless_variants(run)
+    with told(given.json):
+        _print(run)
+        print(f"report: {page}")
+    if given.json:
+        write_json(given.json, {**_document(run), "report": str(page), "exit_code": 2 if hopeless else 0})
+    if hopeless:
+        print(f"burrscan: no case has a result: {', '.join(hopeless)}", file=sys.stderr)
+    return 2 if hopeless else 0
+
+
+def _print(run: Run) -> None:
+    from bench.cli.score import budget_table, caption, goals_table, say_failures, terminal_table, times_table
+    from bench.cli.tables import print_table
+
     print_table(terminal_table(run))
     print(caption())
     if goals := goals_table(run):
@@ -82,10 +101,40 @@ def main(given: argparse.Namespace) -> int:
         print_table(budget)
     print_table(times_table(run))
     say_failures(run)
-    print(f"report: {page}")
-    if hopeless := hopeless_variants(run):
-        print(f"burrscan: no case has a result: {', '.join(hopeless)}", file=sys.stderr)
-    return 2 if hopeless else 0
+
+
+def _document(run: Run) -> dict[str, Any]:
+    """The tables as data, units as in the records."""
+    from bench.score.goals import goal_rows
+    from bench.score.metrics import HEADLINE, metric_named
+    from bench.score.summary import score_table, typical
+
+    names, by = run.suite.metrics or HEADLINE, run.suite.divided_by
+    metrics = {
+        name: {"title": (one := metric_named(name)).title, "unit": one.unit, "typical": typical(name)}
+        for name in names
+    }
+    scores = [
+        {
+            "where": dict(zip(by, row.group, strict=False)),
+            "variant": row.variant,
+            "cases": row.cases,
+            "failed": row.failed,
+            "values": dict(row.values),
+        }
+        for row in score_table(run.records, names, by=by)
+    ]
+    goals = [
+        {"goal": asdict(row.goal), "variant": row.variant, "measured": row.measured, "met": row.met}
+        for row in goal_rows(run.suite, run.records)
+    ]
+    failures = [
+        {"case": record.case, "variant": record.variant, "error": record.failure.error}
+        for record in run.records
+        if record.failure
+    ]
+    head = {"format": 1, "run": str(run.directory.path), "suite": run.suite.name, "seed": run.seed}
+    return {**head, "metrics": metrics, "scores": scores, "goals": goals, "failures": failures}
 
 
 def hopeless_variants(run: Run) -> list[str]:

@@ -4,6 +4,7 @@
 """
 
 from bench.compare.comparison import compare_runs
+from bench.compare.joined import joined
 from bench.compare.result import (
     ArmComparison,
     BurrChange,
@@ -25,4 +26,5 @@ __all__ = [
     "Row",
     "Verdict",
     "compare_runs",
+    "joined",
 ]

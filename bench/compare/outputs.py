@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
+import platform
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -56,12 +57,29 @@ def _escaped(text: str) -> str:
 GATE_SIGNS = {"passed": "✓", "broken": "✗", "inconclusive": "?", "not comparable": "!"}
 
 
-def junit(comparison: Comparison) -> str:
+@dataclass(frozen=True)
+class Sitting:
+    """When a comparison was made, in UTC, how long it took in s, and on which host."""
+
+    began: datetime
+    took_s: float
+    host: str
+
+    @classmethod
+    def ended(cls, took_s: float) -> Sitting:
+        """One on this machine that has just ended."""
+        now = datetime.now(UTC)
+        return cls(datetime.fromtimestamp(now.timestamp() - took_s, UTC), took_s, platform.node())
+
+
+def junit(comparison: Comparison, sitting: Sitting) -> str:
     """One test case per gate and variant.
 
-    Broken is a failure, not comparable an error, inconclusive is skipped; each with its reason.
+    Broken is a failure, not comparable an error, inconclusive is skipped; each with its reason. All gates are
+    judged together, so each test case has an equal share of the time.
     """
-    suites = ET.Element("testsuites", name="burrscan compare")
+    share_s = sitting.took_s / max(1, sum(len(arm.gates) + 1 for arm in comparison.arms))
+    suites = ET.Element("testsuites", name="burrscan compare", time=f"{sitting.took_s:.6f}")
     for arm in comparison.arms:
         counts = Counter(gate.state for gate in arm.gates)
         suite = ET.SubElement(
@@ -72,10 +90,15 @@ def junit(comparison: Comparison) -> str:
             failures=str(counts["broken"]),
             errors=str(counts["not comparable"] + bool(_left_out(arm))),
             skipped=str(counts["inconclusive"]),
+            time=f"{share_s * (len(arm.gates) + 1):.6f}",
+            timestamp=sitting.began.strftime("%Y-%m-%dT%H:%M:%S"),
+            hostname=sitting.host,
         )
         for gate in arm.gates:
             _test_case(suite, arm, gate)
         _cases_test(suite, arm)
+        for case in suite:
+            case.set("time", f"{share_s:.6f}")
     ET.indent(suites)
     return ET.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
@@ -85,7 +108,7 @@ _JUNIT = {"broken": "failure", "not comparable": "error", "inconclusive": "skipp
 
 def _test_case(suite: ET.Element, arm: ArmComparison, gate: GateOutcome) -> None:
     name = gate.metric if gate.kind == "margin" else f"{gate.metric} {gate.kind}"
-    case = ET.SubElement(suite, "testcase", classname=f"burrscan.{arm.new_variant}", name=name)
+    case = ET.SubElement(suite, "testcase", classname=_class_name(arm), name=name)
     row = next(row for row in arm.rows if row.metric == gate.metric)
     line = ", ".join(f"{head} {text}" for head, text in zip(HEADS[1:], cells(row)[1:], strict=True))
     if kind := _JUNIT.get(gate.state):
@@ -95,11 +118,16 @@ def _test_case(suite: ET.Element, arm: ArmComparison, gate: GateOutcome) -> None
 
 def _cases_test(suite: ET.Element, arm: ArmComparison) -> None:
     """Whether every case of the base could be compared."""
-    case = ET.SubElement(suite, "testcase", classname=f"burrscan.{arm.new_variant}", name="cases")
+    case = ET.SubElement(suite, "testcase", classname=_class_name(arm), name="cases")
     if left_out := _left_out(arm):
         error = ET.SubElement(case, "error", message=f"{len(left_out)} case(s) not comparable")
         error.set("type", "not comparable")
         error.text = "\n".join(left_out)
+
+
+def _class_name(arm: ArmComparison) -> str:
+    """Which variant, and of which run where there are several: build servers keep a history per name."""
+    return ".".join(["burrscan", *([arm.run] if arm.run else []), arm.new_variant])
 
 
 def _left_out(arm: ArmComparison) -> tuple[str, ...]:
@@ -114,10 +142,10 @@ _COLUMNS = (
 
 
 def to_csv(comparison: Comparison) -> str:
-    """One line per metric and variant, numbers in full, units as in the records; not finite is empty."""
+    """One line per metric and arm, numbers in full, units as in the records; not finite is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["baseline", "new", *_COLUMNS])
+    writer.writerow(["base_arm", "new_arm", *_COLUMNS])
     for arm in comparison.arms:
         for row in arm.rows:
             writer.writerow([arm.base, arm.new, *(_cell(getattr(row, name)) for name in _COLUMNS)])
@@ -159,15 +187,7 @@ def _tex(text: str) -> str:
     return text.translate(_TEX)
 
 
-def to_json(comparison: Comparison) -> str:
-    """Everything, units as in the records; what is not finite is null."""
+def to_document(comparison: Comparison) -> dict[str, Any]:
+    """Everything, as a JSON document but for numbers that are not finite; units as in the records."""
     head = {"format": 2, "exit_code": comparison.exit_code, "sentence": comparison.sentence()}
-    return json.dumps(_plain({**head, **asdict(comparison)}), indent=1, allow_nan=False) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return {**head, **asdict(comparison)}

@@ -210,6 +210,8 @@ class ArmComparison:
         Every compared case, the worst change first.
     same_noise
         Whether each pair saw the same noise.
+    run
+        The new run's name where several are compared with one, see :func:`bench.compare.joined.joined`.
 
     """
 
@@ -228,6 +230,7 @@ class ArmComparison:
     only_new: tuple[str, ...]
     cases: tuple[CaseChange, ...]
     same_noise: bool
+    run: str = ""
 
     @property
     def comparable(self) -> bool:
@@ -282,7 +285,7 @@ class Comparison:
         """The verdict in one sentence: what broke, then what changed."""
         rows = [row for arm in self.arms for row in arm.rows if row.gated]
         broken = [
-            f"{arm.new_variant}: {gate.said}" if len(self.arms) > 1 else gate.said
+            f"{arm.new if arm.run else arm.new_variant}: {gate.said}" if len(self.arms) > 1 else gate.said
             for arm in self.arms
             for gate in arm.gates
             if gate.state == "broken"

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from bench.compare import Comparison, compare_runs
+from bench.compare import Comparison, compare_runs, joined
 from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.result import ArmComparison, by_case
 from bench.plotting import pictures
@@ -68,12 +68,12 @@ def build_report(run_dir: Path) -> Path:
     return page
 
 
-def build_comparison(base: Run, new: Run, comparison: Comparison, page: Path) -> Path:
-    """Write the report of a comparison that :func:`bench.compare.compare_runs` made of these two runs.
+def build_comparison(base: Run, compared: Sequence[tuple[Run, Comparison]], page: Path) -> Path:
+    """Write the report of one run or more, each with what :func:`bench.compare.compare_runs` says of it.
 
     Runs without pictures, such as an accepted baseline, have everything but pictures.
     """
-    _write(page, _comparison_content(base, new, comparison))
+    _write(page, _comparison_content(base, compared))
     return page
 
 
@@ -134,26 +134,33 @@ def _sentences(run: Run, panel: Panel) -> tuple[str, ...]:
     return (summary.verdict(run.records, [side.variant for side in panel.sides]),)
 
 
-def _comparison_content(base: Run, new: Run, comparison: Comparison) -> dict[str, Any]:
-    panels = paired_panels(base, new, comparison.arms)
-    same = base.directory.path == new.directory.path
+def _comparison_content(base: Run, compared: Sequence[tuple[Run, Comparison]]) -> dict[str, Any]:
+    whole = joined([comparison for _, comparison in compared])
+    owners = [new for new, comparison in compared for _ in comparison.arms]
+    panels = paired_panels(base, owners, whole.arms)
+    last, same = compared[-1][0], all(new.directory.path == base.directory.path for new, _ in compared)
+    labels = list(dict.fromkeys(arm.run or "new" for arm in whole.arms))
+    runs = [("base", base), *zip(labels, (new for new, _ in compared), strict=True)]
     return {
         "kicker": "comparison",
-        "title": f"{comparison.base} → {comparison.new}",
-        "description": new.suite.title,
-        "sentences": (
-            *([winner(comparison.arms, base=comparison.base, new=comparison.new)] if comparison.arms else []),
-            comparison.sentence(),
-        ),
-        "state": {0: "good", 1: "bad", 2: "odd"}[comparison.exit_code],
-        "differs": comparison.provenance,
+        "title": f"{whole.base} → {whole.new}",
+        "description": last.suite.title,
+        "sentences": tuple(sentence for _, one in compared for sentence in _of_comparison(one)),
+        "state": {0: "good", 1: "bad", 2: "odd"}[whole.exit_code],
+        "differs": whole.provenance,
         **_content(
-            new,
-            [("", new)] if same else [("base", base), ("new", new)],
+            last,
+            [("", last)] if same else runs,
             panels,
             worst_changed(panels, MOST_PICTURED),
         ),
     }
+
+
+def _of_comparison(one: Comparison) -> tuple[str, ...]:
+    """Who wins, and the verdict."""
+    won = [winner(one.arms, base=one.base, new=one.new)] if one.arms else []
+    return (*won, one.sentence())
 
 
 def _arms(run: Run) -> tuple[ArmComparison, ...]:

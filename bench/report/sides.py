@@ -90,8 +90,8 @@ def colour_of(run: Run, variant: str) -> str:
     return f"v{names.index(variant) % 9}"
 
 
-def paired_panels(base: Run, new: Run, arms: Sequence[ArmComparison]) -> tuple[Panel, ...]:
-    """A panel per comparison: the base and the new arm.
+def paired_panels(base: Run, news: Sequence[Run], arms: Sequence[ArmComparison]) -> tuple[Panel, ...]:
+    """A panel per comparison: the base and the new arm, of the run in ``news`` at its place.
 
     The new arm has its variant's colour, the base too where it is another variant; else the base is grey.
     """
@@ -105,7 +105,7 @@ def paired_panels(base: Run, new: Run, arms: Sequence[ArmComparison]) -> tuple[P
             (arm,),
             paired=True,
         )
-        for arm in arms
+        for arm, new in zip(arms, news, strict=True)
     )
 
 

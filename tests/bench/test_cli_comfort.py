@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from collections import Counter
 from pathlib import Path
 
@@ -14,8 +12,6 @@ import trimesh
 from rich.console import Console
 
 from bench.cli import main, tables
-from bench.cli.completion import bash, fish
-from bench.cli.program import COMMANDS, parser
 from scenes.wheel import build_wheel, load_wheel
 
 
@@ -96,36 +92,6 @@ def test_version_and_verbosity(rod: str, capsys: pytest.CaptureFixture[str], tmp
     assert "times " in capsys.readouterr().out
     assert main(["-vv", "detect", "nowhere.stl"]) == 2
     assert "Traceback" in capsys.readouterr().err
-
-
-def test_every_shell_knows_every_command_and_option(capsys: pytest.CaptureFixture[str]) -> None:
-    for shell in ("bash", "zsh", "fish"):
-        assert main(["completion", shell]) == 0
-        script = capsys.readouterr().out
-        assert all(command in script for command in COMMANDS)
-        assert "limit" in script
-        assert "standard" in script
-    assert "__fish_seen_subcommand_from detect' -l limit -r" in fish(parser())
-
-
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (["burrscan", "de"], "detect"),
-        (["burrscan", "detect", "--li"], "--limit"),
-        (["burrscan", "run", "qui"], "quick"),
-        (["burrscan", "completion", "z"], "zsh"),
-    ],
-)
-def test_bash_completes(words: list[str], expected: str) -> None:
-    shell = shutil.which("bash")
-    if not shell:
-        pytest.skip("no bash on this machine")
-    typed = " ".join(words)
-    line = f"COMP_WORDS=({typed}); COMP_CWORD={len(words) - 1}; _burrscan"
-    code = "\n".join([bash(parser()), line, 'echo "${COMPREPLY[@]}"'])
-    run = subprocess.run([shell, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
-    assert expected in run.stdout.split()
 
 
 @pytest.mark.parametrize("width", [30, 60, 200])

@@ -7,6 +7,7 @@ import io
 import json
 import math
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -14,11 +15,13 @@ import pytest
 
 from bench.cli import main
 from bench.compare import ArmComparison, Row, compare_runs
-from bench.compare.outputs import junit, latex, markdown, to_csv, to_json
+from bench.compare.outputs import Sitting, junit, latex, markdown, to_csv, to_document
 from bench.experiments.ab_error_rates import false_verdicts, plants, seen
 from bench.run.directory import Run, load_run
 from burrscan.errors import InputError
 from tests.bench.compare_runs import with_failure, with_plain_seeds, written_run
+
+SITTING = Sitting(datetime(2026, 11, 22, 1, 2, 3, tzinfo=UTC), 1.5, "lab")
 
 
 @pytest.fixture
@@ -172,11 +175,11 @@ def test_what_is_written(base: Run, tmp_path: Path) -> None:
     text = markdown(comparison)
     assert "✗ worse" in text
     assert "newly failed" in text
-    suite = ET.fromstring(junit(comparison))[0]  # noqa: S314 (our own text)
+    suite = ET.fromstring(junit(comparison, SITTING))[0]  # noqa: S314 (our own text)
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failed == ["failures", "axis_deg", "burr_found lost"]
     assert suite.get("failures") == "3"
-    told = json.loads(to_json(comparison))
+    told = to_document(comparison)
     assert (told["exit_code"], told["arms"][0]["newly_failed"][0]["case"]) == (1, base.records[3].case)
 
 
@@ -245,7 +248,7 @@ def test_a_detector_that_finds_nothing_breaks_the_gate(tmp_path: Path, gate: lis
     new = written_run(tmp_path / "new", gate=gate, change=blind)
     comparison = compare_runs(*(replace(run, records=run.records[:6]) for run in (base, new)))
     assert comparison.exit_code == 1
-    suite = ET.fromstring(junit(comparison))[0]  # noqa: S314 (our own text)
+    suite = ET.fromstring(junit(comparison, SITTING))[0]  # noqa: S314 (our own text)
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert "burr_found" in failed
     assert "burr_found" in comparison.sentence() or "burrs found" in comparison.sentence()
@@ -270,7 +273,7 @@ def test_nine_of_twelve_burrs_lost_from_the_real_baseline_breaks_the_gate() -> N
     comparison = compare_runs(run, replace(run, records=blinded))
     assert comparison.exit_code == 1
     assert "9 burr(s) lost, 0 allowed" in comparison.sentence()
-    assert 'message="9 burr(s) lost, 0 allowed"' in junit(comparison)
+    assert 'message="9 burr(s) lost, 0 allowed"' in junit(comparison, SITTING)
 
 
 def loses_one(number: int, metrics: dict[str, float]) -> dict[str, float]:
@@ -314,7 +317,7 @@ def test_inconclusive_is_skipped_in_junit_and_strict_minds_it(tmp_path: Path) ->
 
     paths = [written_run(tmp_path / "a").directory.path, tmp_path / "b"]
     comparison = compare_runs(load_run(paths[0]), written_run(paths[1], change=one_scene))
-    suite = ET.fromstring(junit(comparison))[0]  # noqa: S314 (our own text)
+    suite = ET.fromstring(junit(comparison, SITTING))[0]  # noqa: S314 (our own text)
     skipped = {str(c.get("name")): s.get("message") for c in suite if (s := c.find("skipped")) is not None}
     assert "coverage is inconclusive" in str(skipped["coverage"])
     assert suite.get("skipped") == str(len(skipped))
@@ -359,7 +362,43 @@ def test_only_worse_and_three_runs(base: Run, tmp_path: Path, capsys: pytest.Cap
     assert "Axis angle" in table.partition("margins")[0]
     assert "Coverage" not in table
     assert table.count("axis_deg worse by") == 16
-    assert main(["compare", *paths, "--csv", str(tmp_path / "x.csv")]) == 2
+
+
+def test_every_file_holds_all_runs(base: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    written_run(tmp_path / "new", change=worse_axis)
+    written_run(tmp_path / "deeper" / "third")
+    written_run(tmp_path / "third")
+    news = ["new", "third", "deeper/third"]
+    files = {name: tmp_path / f"out.{name}" for name in ("csv", "latex", "markdown", "junit", "html", "json")}
+    options = [word for name, path in files.items() for word in (f"--{name}", str(path))]
+    paths = [str(base.directory.path), *(str(tmp_path / name) for name in news)]
+    assert main(["compare", *paths, *options]) == 1
+    written = {name: path.read_text("utf-8") for name, path in files.items()}
+    arms = ["mine (new)", "mine (third 1)", "mine (third 2)"]
+    lines = list(csv.DictReader(io.StringIO(written["csv"])))
+    assert [line["new_arm"] for line in lines if line["metric"] == "axis_deg"] == arms
+    verdicts = {line["new_arm"]: line["verdict"] for line in lines if line["metric"] == "axis_deg"}
+    assert list(verdicts.values()) == ["worse", "equivalent", "equivalent"]
+    assert written["latex"].count("begin{tabular}") == 3
+    assert all(arm in written["markdown"] and arm in written["html"] for arm in arms)
+    suites = ET.fromstring(written["junit"])  # noqa: S314 (our own text)
+    assert [suite.get("failures") for suite in suites] == ["1", "0", "0"]
+    names = [(case.get("classname"), case.get("name")) for suite in suites for case in suite]
+    assert len(set(names)) == len(names)
+    told = json.loads(written["json"])
+    assert told["exit_code"] == 1
+    assert [arm["run"] for arm in told["arms"]] == ["new", "third 1", "third 2"]
+    capsys.readouterr()
+    assert main(["compare", *paths, "--only", "worse"]) == 1
+    assert capsys.readouterr().out.count("axis_deg worse by") == 16
+
+
+def test_junit_says_when_where_and_how_long(base: Run) -> None:
+    suites = ET.fromstring(junit(compare_runs(base, base), SITTING))  # noqa: S314 (our own text)
+    (suite,) = suites
+    assert (suite.get("timestamp"), suite.get("hostname")) == ("2026-11-22T01:02:03", "lab")
+    assert suites.get("time") == suite.get("time") == "1.500000"
+    assert sum(float(case.get("time", "nan")) for case in suite) == pytest.approx(1.5, abs=1e-3)
 
 
 def test_a_metric_that_does_not_apply_breaks_and_delays_nothing(tmp_path: Path) -> None:

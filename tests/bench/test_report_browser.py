@@ -27,7 +27,7 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
     comparison = compare_runs(run, run, variants=("adaptive", "fixed"))
     files = {
         "run": build_report(run.directory.path),
-        "comparison": build_comparison(run, run, comparison, folder / "ab.html"),
+        "comparison": build_comparison(run, [(run, comparison)], folder / "ab.html"),
     }
     pages = {name: (files[kind], int(width)) for name in PAGES for kind, width in [name.split("-")]}
     return look(pages, PROBE, folder)
