@@ -13,6 +13,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bench.cli.program import COMMANDS
@@ -53,9 +54,24 @@ def test_the_readmes_first_example_finds_the_burrs_it_speaks_of(capsys: pytest.C
     _assert_alike(capsys.readouterr().out, PRINTED[0])
 
 
-def test_the_readmes_scan_prints_what_the_page_says(capsys: pytest.CaptureFixture[str]) -> None:
-    _run(1, {"__name__": "example"})
-    assert capsys.readouterr().out.splitlines()[-1] == PRINTED[1].strip()
+def test_the_readmes_scan_finds_the_burr_it_speaks_of(capsys: pytest.CaptureFixture[str]) -> None:
+    names = _run(1, {"__name__": "example"})
+    truth = names["simulation"].truth
+    before = {int(number) for number in np.unique(truth.burr_index[truth.measurable])} - {-1}
+    assert sorted(truth.wheel.burrs[number].height_mm for number in before) == pytest.approx([1.0, 1.5])
+    (burr,) = names["found"].burrs
+    x, y, _ = (truth.T_part_camera @ burr.T_mesh_burr)[:3, 3]
+    (true,) = (one for one in truth.wheel.burrs if one.height_mm == pytest.approx(1.5))
+    assert np.degrees(np.arctan2(y, x)) == pytest.approx(true.angle_deg, abs=0.5)
+    assert abs(burr.height_mm.value - true.height_mm) < 2.0 * burr.height_mm.sigma
+    told, stated = capsys.readouterr().out.splitlines(), PRINTED[1].splitlines()
+    assert told[-1] == stated[-1]
+    assert len(told) == len(stated) == 2
+    numbers = [[float(n) for n in re.findall(r"[-\d.]+", line)] for line in (told[0], stated[0])]
+    # angles of the part frame hang on the axis found; significances on the renderer that this machine has
+    assert numbers[0][0] == pytest.approx(numbers[1][0], abs=0.5)
+    assert numbers[0][1] == pytest.approx(numbers[1][1], rel=0.2)
+    assert re.sub(r"[-\d.]+", "", told[0]) == re.sub(r"[-\d.]+", "", stated[0])
 
 
 def load_wheel_burrs() -> tuple[TrueBurr, ...]:

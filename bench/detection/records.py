@@ -75,6 +75,7 @@ def detection(
     *,
     variant: str,
     where: Mapping[str, Any] | None = None,
+    burrs: Mapping[str, Any] | None = None,
     size: str = "height_mm",
     model: Model = "hit/miss",
     scale: Scale = "log",
@@ -92,6 +93,9 @@ def detection(
         Which.
     where
         Case parameters to values, to look at some cases only, such as ``{"finish": "polished"}``.
+    burrs
+        Keys of the records' burr tables to values, to look at some burrs only, such as
+        ``{"section": "flake"}``. False calls are those of all chosen cases: a false call is on no burr.
     size
         A burr's size: a key of the records' burr tables (``height_mm``, ``width_mm``), or a swept parameter
         (such as an incidence).
@@ -105,7 +109,7 @@ def detection(
     """
     chosen = [r for r in records if all(r.parameters.get(k) == v for k, v in (where or {}).items())]
     mine = [record for record in chosen if record.variant == variant]
-    sizes, hits, heights = _burrs(mine, _known_burrs(chosen), size)
+    sizes, hits, heights = _burrs(mine, _known_burrs(chosen), burrs or {}, size)
     curve, why_not = None, "burrs of one size only: no curve"
     try:
         if of_one_size(sizes):
@@ -119,7 +123,7 @@ def detection(
         why_not = str(error)
     calls, interval, wheels = _false_calls(mine)
     return Detection(
-        name=", ".join([variant, *(str(value) for value in (where or {}).values())]),
+        name=", ".join([variant, *(str(value) for value in {**(where or {}), **(burrs or {})}.values())]),
         size_name=size,
         curve=curve,
         why_not="" if curve else why_not,
@@ -128,6 +132,18 @@ def detection(
         false_calls_interval=interval,
         wheels=wheels,
         failed=sum(record.failure is not None for record in mine),
+    )
+
+
+def sections(records: Sequence[Record]) -> tuple[str, ...]:
+    """The sections of the true burrs (triangle, rounded, rolled, flake), in the order in which they come."""
+    return tuple(
+        dict.fromkeys(
+            str(burr["section"])
+            for record in records
+            for burr in record.burrs
+            if burr.get("section") and burr["height_mm"] > 0.0
+        )
     )
 
 
@@ -146,10 +162,25 @@ def _known_burrs(records: Sequence[Record]) -> dict[str, tuple[Mapping[str, Any]
 
 
 def _burrs(
-    records: Sequence[Record], known: Mapping[str, tuple[Mapping[str, Any], ...]], size: str
+    records: Sequence[Record],
+    known: Mapping[str, tuple[Mapping[str, Any], ...]],
+    which: Mapping[str, Any],
+    size: str,
 ) -> tuple[Floats, Bools, Floats]:
     """True sizes (N,), found or not, heights measured (NaN: none)."""
-    rows = [row for record in records for row in _rows(record, record.burrs or known[record.case], size)]
+    rows = [
+        row
+        for record in records
+        for row in _rows(
+            record,
+            [
+                burr
+                for burr in record.burrs or known[record.case]
+                if all(burr.get(key) == value for key, value in which.items())
+            ],
+            size,
+        )
+    ]
     table = np.array(rows, dtype=float).reshape(-1, 3)
     return table[:, 0], table[:, 1] > 0.0, table[:, 2]
 

@@ -25,7 +25,7 @@ from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
 from bench.report.matrix import matrix
-from bench.report.pod import pod_charts
+from bench.report.pod import pod_charts, pod_groups
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
 from bench.report.strips import strips
@@ -213,6 +213,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "strips": strips(panel.sides[0], names) if len(panel.sides) == 1 else None,
         "matrix": matrix(panel, names) if len(panel.sides) > 2 else None,
         "pod": pod_charts(panel),
+        "pod_groups": pod_groups(panel),
         "heat": heat_views(panel, names),
         "budget": stage_budget(panel),
         "times": summary.time_rows(parts),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from bench.detection import Detection, PodCurve, detection, of_one_size
+from bench.detection import Detection, PodCurve, detection, of_one_size, sections
 from bench.detection.records import Model
 from bench.plotting.axes import Axes, log_marks
 from bench.report.sides import Panel
@@ -17,6 +18,8 @@ from burrscan.arrays import Floats
 
 _MODELS: tuple[Model, ...] = ("hit/miss", "signal")
 _TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured height"}
+_SIZES = ("burr.height_mm", "burr.width_mm")
+"""Swept sizes divide no curve: they are what it is drawn over."""
 _MOST_BANDS = 3
 _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
 
@@ -59,20 +62,68 @@ class PodChart:
 
 def pod_charts(panel: Panel) -> tuple[PodChart, ...]:
     """Both models' charts; none where there are no burrs."""
-    charts = []
-    for model in _MODELS:
-        found = [
-            (side.css, side.label, detection(panel.records_of(side), variant=side.variant, model=model))
-            for side in panel.sides
-        ]
-        sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
-        if sizes and (model == "hit/miss" or any(item.curve for _, _, item in found)):
-            curves = [(css, item) for css, _, item in found]
-            rows = tuple(_row(css, label, item) for css, label, item in found)
-            flat = of_one_size(np.array(sizes))
-            picture = Markup("") if flat else pod_picture(curves, _TITLES[model])
-            charts.append(PodChart("Found or missed" if flat else _TITLES[model], picture, rows))
-    return tuple(charts)
+    return tuple(chart for model in _MODELS for chart in _charts(panel, model))
+
+
+def _charts(
+    panel: Panel,
+    model: Model,
+    *,
+    title: str = "",
+    where: Mapping[str, Any] | None = None,
+    burrs: Mapping[str, Any] | None = None,
+) -> Iterator[PodChart]:
+    """One chart of all sides, or none where there is nothing to draw."""
+    found = [
+        (
+            side.css,
+            side.label,
+            detection(panel.records_of(side), variant=side.variant, where=where, burrs=burrs, model=model),
+        )
+        for side in panel.sides
+    ]
+    sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
+    if not sizes or (model == "signal" and not any(item.curve for _, _, item in found)):
+        return
+    curves = [(css, item) for css, _, item in found]
+    rows = tuple(_row(css, label, item) for css, label, item in found)
+    flat = of_one_size(np.array(sizes))
+    picture = Markup("") if flat else pod_picture(curves, title or _TITLES[model])
+    yield PodChart(title or ("Found or missed" if flat else _TITLES[model]), picture, rows)
+
+
+@dataclass(frozen=True)
+class PodGroup:
+    """The hit/miss charts of the values of one thing that burrs differ in, such as their section."""
+
+    title: str
+    charts: tuple[PodChart, ...]
+
+
+def pod_groups(panel: Panel) -> tuple[PodGroup, ...]:
+    """Charts by what divides the score table, and by the burrs' sections; where there are several values."""
+    by_case = {
+        path: {str(record.parameters.get(path)): record.parameters.get(path) for record in panel.records}
+        for path in panel.sides[-1].run.suite.divided_by
+        if path not in _SIZES
+    }
+    found = [
+        PodGroup(
+            f"By {path.rpartition('.')[2].replace('_', ' ')}",
+            tuple(
+                chart
+                for name, value in values.items()
+                for chart in _charts(panel, "hit/miss", title=name, where={path: value})
+            ),
+        )
+        for path, values in by_case.items()
+        if len(values) > 1
+    ]
+    names = sections([record for side in panel.sides for record in panel.records_of(side)])
+    if len(names) > 1:
+        charts = (_charts(panel, "hit/miss", title=name, burrs={"section": name}) for name in names)
+        found.append(PodGroup("By the burr's section", tuple(chart for some in charts for chart in some)))
+    return tuple(group for group in found if group.charts)
 
 
 def pod_picture(found: Sequence[tuple[str, Detection]], label: str) -> Markup:

@@ -110,3 +110,14 @@ def test_detect_doubts_a_mesh_that_is_in_metres(tmp_path: Path, capsys: pytest.C
     trimesh.creation.cylinder(radius=0.1, height=0.05).export(tmp_path / "rod.stl")
     main(["detect", str(tmp_path / "rod.stl")])
     assert "--unit" in capsys.readouterr().err
+
+
+def test_help_and_readme_name_the_exit_codes_and_trust(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    told = capsys.readouterr().out
+    page = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+    for text in (told, page):
+        assert "--trust" in text
+        assert "3 an error of burrscan's own" in text
+        assert "143 terminated" in text

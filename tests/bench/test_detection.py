@@ -11,7 +11,16 @@ import pytest
 from scipy.special import expit
 from scipy.stats import norm
 
-from bench.detection import chart, detection, detections, fit_hit_miss, fit_signal, share_bounds, sizes_told
+from bench.detection import (
+    chart,
+    detection,
+    detections,
+    fit_hit_miss,
+    fit_signal,
+    sections,
+    share_bounds,
+    sizes_told,
+)
 from bench.detection.curve import PodCurve
 from bench.run.records import Failure, Record
 from burrscan.arrays import Bools, Floats
@@ -148,6 +157,22 @@ def test_records_become_curves_with_their_false_calls() -> None:
     assert len(detections(records(), by="finish")) == 12
     assert detection(records(), variant="good", model="signal").curve is not None
     assert detection(records(), variant="good", where={"finish": "none"}).curve is None
+
+
+def test_burrs_of_one_section_are_counted_alone() -> None:
+    mixed = [
+        replace(
+            r, burrs=tuple({**b, "section": "flake" if b["height_mm"] > 1.0 else "rolled"} for b in r.burrs)
+        )
+        for r in records()
+    ]
+    parts = [detection(mixed, variant="poor", burrs={"section": name}) for name in sections(mixed)]
+    trials = [sum(share.trials for share in part.shares) for part in parts]
+    assert sum(trials) == 60
+    assert min(trials) > 5
+    assert all(share.size > 1.0 for share in parts[list(sections(mixed)).index("flake")].shares)
+    assert {part.wheels for part in parts} == {59}
+    assert sections(records()) == ()
 
 
 def test_a_burr_called_without_a_height_is_found_and_has_no_size() -> None:

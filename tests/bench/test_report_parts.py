@@ -12,12 +12,13 @@ import pytest
 
 from bench.compare import ArmComparison, GateOutcome, Verdict, compare_runs
 from bench.detection.hit_miss import fit_hit_miss
+from bench.report import build_report
 from bench.report.forest import WIDTH, forest
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.matrix import matrix
-from bench.report.pod import told_sizes
+from bench.report.pod import pod_groups, told_sizes
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.strips import strips
 from bench.report.summary import score_row, time_rows, verdict
@@ -182,9 +183,9 @@ def test_a_variant_keeps_its_colour(three: Panel) -> None:
     """In the run's page, in that of two of its variants, and in that of two runs."""
     run = three.sides[0].run
     colours = {side.variant: side.css for side in sides_of(run)}
-    (panel,) = paired_panels(run, run, compare_runs(run, run, variants=("again", "adaptive")).arms)
+    (panel,) = paired_panels(run, [run], compare_runs(run, run, variants=("again", "adaptive")).arms)
     assert [side.css for side in panel.sides] == [colours["again"], colours["adaptive"]]
-    panels = paired_panels(run, run, compare_runs(run, run).arms)
+    panels = paired_panels(run, [run] * 3, compare_runs(run, run).arms)
     assert [panel.sides[1].css for panel in panels] == list(colours.values())
     assert {panel.sides[0].css for panel in panels} == {"before"}
 
@@ -217,3 +218,28 @@ def test_rendering_and_algorithm_are_summed_apart() -> None:
     rows = {row.title: row.cells[0].value for row in time_rows([[record]])}
     sums = [rows["rendering, together"], rows["algorithm, together"], rows["all stages"]]
     assert sums == [3.0, 12.0, 15.0]
+
+
+def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_path: Path) -> None:
+    """Seed 0 has flakes, seed 1 rolled burrs: each chart counts its own burrs, found or missed."""
+    run = three.sides[0].run
+    sections = {0: "flake", 1: "rolled"}
+    records = tuple(
+        replace(
+            r, burrs=tuple({**burr, "section": sections[int(str(r.parameters["seed"]))]} for burr in r.burrs)
+        )
+        for r in run.records
+    )
+    sides = sides_of(replace(run, records=records))
+    groups = {group.title: group.charts for group in pod_groups(Panel("", sides, ()))}
+    assert list(groups) == ["By finish", "By the burr's section"]
+    assert [chart.title for chart in groups["By finish"]] == ["polished", "turned", "matte"]
+    found = {chart.title: [row.found for row in chart.rows] for chart in groups["By the burr's section"]}
+    adaptive = [r for r in records if r.variant == "adaptive"]
+    for name, rows in found.items():
+        burrs = [burr for r in adaptive for burr in r.burrs if burr["section"] == name]
+        assert rows[1] == f"{sum(bool(burr['found']) for burr in burrs)}/{len(burrs)}"
+    assert set(found) == {"flake", "rolled"}
+    assert [group.title for group in pod_groups(three)] == ["By finish"]
+    page = build_report(made_up_run(tmp_path / "run"))
+    assert "By finish: polished, turned, matte" in page.read_text("utf-8")
