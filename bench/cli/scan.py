@@ -11,7 +11,8 @@ from bench.cli.output import told, write_json
 
 _DETAILS = """\
 FOLDER is a capture folder (burrscan/captures/README.md), rendered by `burrscan render` or recorded,
-or a plain Gray-code folder as OpenCV's tools record it: graycode_00.png, graycode_01.png, ...
+a plain Gray-code folder as OpenCV's tools record it (graycode_00.png, graycode_01.png, ..., with
+inverses or without), or phase steps of several frequencies with a manifest that says which.
 The strategy is the one that capture.json names. The PLY carries a float property 'sigma_mm' per
 vertex: the stated standard deviation along the camera's ray. `burrscan detect` reads it."""
 
@@ -43,9 +44,12 @@ def add(commands: Commands) -> None:
 def main(given: argparse.Namespace) -> int:
     """Scan, print the summary, and write what is asked for."""
     from burrscan.captures.gray_folder import is_gray_folder
+    from burrscan.captures.phase_folder import is_phase_folder
 
-    plain = given.gray is not None or is_gray_folder(given.folder)
-    summary, surface = _gray(given) if plain else _capture(given)
+    if given.gray is not None or is_gray_folder(given.folder):
+        summary, surface = _gray(given)
+    else:
+        summary, surface = _phase(given) if is_phase_folder(given.folder) else _capture(given)
     _refuse_empty(given.folder, summary)
     with told(given.json):
         for name, value in summary.items():
@@ -90,11 +94,9 @@ def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
 
 
 def _gray(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
-    from burrscan.captures.gray_folder import decode_gray_capture, gray_frames, read_gray_folder
-    from burrscan.captures.rows import along_baseline
+    from burrscan.captures.gray_folder import decode_gray_capture, read_gray_folder
     from burrscan.captures.sheets import read_sheets
     from burrscan.errors import InputError
-    from burrscan.meshing import surface as surface_of
 
     if given.gray is None:
         raise InputError(
@@ -107,15 +109,58 @@ def _gray(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     summary: dict[str, Any] = {
         "folder": str(given.folder),
         "strategy": f"gray {width}x{height}",
-        "frames": gray_frames(width=width, height=height),
+        "bits": _BITS[capture.told_by],
+        "frames": len(capture.columns) + len(capture.rows) + (0 if capture.told_by == "own range" else 2),
     }
+    return _measured(given, summary, correspondence, given.rig, (width, height))
+
+
+_BITS = {
+    "inverses": "told by their inverses",
+    "white and black": "no inverses: told by a threshold, the middle of white and black of each pixel",
+    "own range": "no inverses, white or black: told by a threshold, the middle of each pixel's own range",
+}
+
+
+def _phase(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
+    from burrscan.captures.phase_folder import decode_phase_capture, read_phase_folder
+    from burrscan.captures.sheets import read_sheets
+
+    camera = read_sheets(given.sheets)[0] if given.sheets else None
+    capture = read_phase_folder(given.folder, camera=camera)
+    document = capture.document
+    axes = [axis for axis in (document.columns, document.rows) if axis]
+    summary: dict[str, Any] = {
+        "folder": str(given.folder),
+        "strategy": "phase steps: "
+        + ", ".join(f"{len(axis.frequencies)} frequencies × {axis.steps} steps" for axis in axes),
+        "frames": sum(axis.pictures for axis in axes),
+    }
+    beside = given.folder / "rig.json"
+    rig = given.rig or (beside if beside.exists() else None)
+    raster = (document.projector.width, document.projector.height)
+    return _measured(given, summary, decode_phase_capture(capture), rig, raster)
+
+
+def _measured(
+    given: argparse.Namespace,
+    summary: dict[str, Any],
+    correspondence: Any,
+    rig: Path | None,
+    raster: tuple[int, int],
+) -> tuple[dict[str, Any], Any]:
+    """The summary with what was decoded, and the surface where there is a calibration."""
+    from burrscan.captures.rows import along_baseline
+    from burrscan.errors import InputError
+    from burrscan.meshing import surface as surface_of
+
     summary |= _decoded(correspondence)
-    if given.rig is None:
+    if rig is None:
         if given.ply:
             raise InputError("points need a calibration: give --rig rig.json, or OpenCV's XML or YAML")
         return summary, None
-    rig = _rig(given.rig, (width, height), capture.white.shape[::-1])
-    surface = surface_of(*along_baseline(correspondence, rig))
+    calibration = _rig(rig, raster, correspondence.mask.shape[::-1])
+    surface = surface_of(*along_baseline(correspondence, calibration))
     return summary | _meshed(surface), surface
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from burrscan.arrays import Image, freeze
 from burrscan.captures.folder import rasters_of, read_capture
 from burrscan.captures.gray_folder import decode_gray_capture, is_gray_folder, read_gray_folder
+from burrscan.captures.phase_folder import decode_phase_capture, is_phase_folder, read_phase_folder
 from burrscan.captures.replay import replay
 from burrscan.correspondence import Correspondence
 from burrscan.errors import InputError
@@ -38,7 +39,7 @@ class BoardCapture:
 
 
 def read_board_folder(folder: Path, *, gray: tuple[int, int] | None = None) -> BoardCapture:
-    """Decode a capture folder that codes columns and rows, or a plain Gray-code folder.
+    """Decode a capture folder that codes columns and rows, or a plain folder of Gray code or phase steps.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ def read_board_folder(folder: Path, *, gray: tuple[int, int] | None = None) -> B
         raise InputError(
             f"{folder}: no such folder; a board is one capture folder for each pose of the chessboard"
         )
+    if is_phase_folder(folder):
+        return _phase_steps(folder)
     if (folder / "capture.json").exists():
         return _coded(folder)
     if gray is None:
@@ -65,6 +68,16 @@ def read_board_folder(folder: Path, *, gray: tuple[int, int] | None = None) -> B
     capture = read_gray_folder(folder, width=gray[0], height=gray[1])
     height, width = capture.white.shape
     return BoardCapture(capture.white, decode_gray_capture(capture), (width, height), gray)
+
+
+def _phase_steps(folder: Path) -> BoardCapture:
+    capture = read_phase_folder(folder)
+    if capture.rows is None:
+        raise InputError(f"{folder}: codes columns alone, and rows are not known before the rig; add 'rows'")
+    height, width = capture.white.shape
+    raster = capture.document.projector
+    decoded = decode_phase_capture(capture)
+    return BoardCapture(capture.white, decoded, (width, height), (raster.width, raster.height))
 
 
 def _coded(folder: Path) -> BoardCapture:

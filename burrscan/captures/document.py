@@ -74,6 +74,34 @@ class CameraDocument:
 
 
 @dataclass(frozen=True)
+class CapturedCameraDocument:
+    """The camera of a capture: as :class:`CameraDocument`, but what its pictures tell may be left out."""
+
+    __pydantic_config__ = STRICT
+
+    bit_depth: Annotated[int, Field(ge=1, le=16)]
+    black_level_dn: Annotated[float, Field(ge=0.0)]
+    exposure_range_ms: tuple[Positive, Positive]
+    full_well_e: Positive | None = None
+    read_noise_e: Annotated[float, Field(ge=0.0)] | None = None
+    response: tuple[tuple[float, ...], ...] = ()
+    crosstalk: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing has to be estimated."""
+        return self.full_well_e is not None and self.read_noise_e is not None
+
+    def sheet(self, *, full_well_e: float = 0.0, read_noise_e: float = 0.0) -> CameraSheet:
+        """The data sheet, with these values in place of what is left out."""
+        noise = {
+            "full_well_e": full_well_e if self.full_well_e is None else self.full_well_e,
+            "read_noise_e": read_noise_e if self.read_noise_e is None else self.read_noise_e,
+        }
+        return CameraSheet(**{**vars(self), **noise})
+
+
+@dataclass(frozen=True)
 class ProjectorDocument:
     """The projector of ``capture.json``; see :class:`burrscan.devices.ProjectorSheet`."""
 
@@ -129,7 +157,7 @@ class CaptureDocument:
 
     format: Literal["burrscan-capture"]
     version: Literal[1]
-    camera: CameraDocument
+    camera: CapturedCameraDocument
     projector: ProjectorDocument
     shots: Annotated[tuple[Shot, ...], Field(min_length=1)]
     scan: ScanDocument | None = None

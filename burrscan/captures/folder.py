@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from burrscan.arrays import Image
 from burrscan.captures.document import CaptureDocument, RigDocument, ScanDocument, Shot
+from burrscan.captures.noise import Samples, joined, noise_of, of_pairs, of_steps
 from burrscan.captures.png import check_depth, read_colour, read_grey
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import build, read_json
@@ -20,6 +22,10 @@ from burrscan.rig import Rig, View
 from burrscan.scanner import Patterns
 
 _NAMED = 5
+_GROUPS = 4
+"""Runs of shots that are read for the noise."""
+_FEWEST_ALIKE = 4
+"""Steps of a sine that leave something beside it; two pairs."""
 
 
 class FolderScanner:
@@ -51,12 +57,9 @@ class FolderScanner:
         self._folder = folder
         self._document = read_capture(folder)
         self._rig = rig or read_rig(folder / "rig.json")
-        self._camera, self._projector = sheets or (
-            self._document.camera.sheet(),
-            self._document.projector.sheet(),
-        )
         self._asked: Counter[tuple[str, float]] = Counter()
         self._read_png = read_colour if self._document.channels == "rgb" else read_grey
+        self._camera, self._projector = sheets or (self._sheet(), self._document.projector.sheet())
 
     @property
     def rig(self) -> Rig:
@@ -122,6 +125,28 @@ class FolderScanner:
                 )
         return np.stack([self.image(shot) for shot in shots])
 
+    def _sheet(self) -> CameraSheet:
+        """The camera's sheet; the noise that ``capture.json`` does not state is that of the pictures."""
+        stated = self._document.camera
+        if stated.complete:
+            return stated.sheet()
+        where = f"{self._folder / 'capture.json'}: camera.full_well_e and camera.read_noise_e"
+        if stated.response or self._document.channels == "rgb":
+            raise InputError(f"{where}: state them; they are estimated for linear grey cameras only")
+        top = (1 << stated.bit_depth) - 1
+        groups = [self._samples(kind, shots, top) for kind, shots in _alike(self._document.shots)[:_GROUPS]]
+        if not groups:
+            raise InputError(
+                f"{where}: state them; they can be estimated from patterns with inverses, or from sines of "
+                "four steps or more, and there are none"
+            )
+        full_well_e, read_noise_e = noise_of(joined(groups), top=top, black_level_dn=stated.black_level_dn)
+        return stated.sheet(full_well_e=full_well_e, read_noise_e=read_noise_e)
+
+    def _samples(self, kind: str, shots: list[Shot], top: int) -> Samples:
+        images = np.stack([self._read(shot.image, self._rig.camera) for shot in shots])
+        return (of_pairs if kind == "pairs" else of_steps)(images, top=top)
+
     def _recorded_by(self) -> str:
         scan = self.scan
         return f" ('{scan.method}' of burrscan {scan.version})" if scan is not None else ""
@@ -140,7 +165,7 @@ class FolderScanner:
             known = ", ".join(f"{s.exposure_ms:g}" for s in taken[:_NAMED])
             return f"{self._folder}: no shot '{name}' at {exposure_ms:g} ms; it was taken at {known} ms"
         names = ", ".join(s.name for s in self._document.shots[:_NAMED])
-        return f"{self._folder}: no shot '{name}'; the capture begins with {names}, ..."
+        return f"{self._folder}: no shot '{name}'{_meant(name)}; the capture begins with {names}, ..."
 
     def _read(self, relative: str, view: View) -> Image:
         image = self._read_png(self._folder / relative)
@@ -150,6 +175,36 @@ class FolderScanner:
                 f"{view.width}×{view.height}"
             )
         return image
+
+
+def _meant(name: str) -> str:
+    """What an even shot is, for those who record captures themselves."""
+    if not name.startswith("even-"):
+        return ""
+    return (
+        f", the whole projector at level {int(name.removeprefix('even-'))} of 255, taken at the exposure of "
+        "the code (burrscan/captures/README.md lists the shots of each strategy)"
+    )
+
+
+def _alike(shots: Sequence[Shot]) -> list[tuple[str, list[Shot]]]:
+    """Runs of shots that tell the noise: ``pairs`` of a pattern and its inverse, ``steps`` of one sine."""
+    found: list[tuple[str, list[Shot]]] = []
+    pairs: list[Shot] = []
+    steps: list[Shot] = []
+    for one, other in zip(shots, [*shots[1:], None], strict=True):
+        same = other is not None and other.exposure_ms == one.exposure_ms
+        if other is not None and same and other.name == f"{one.name}-inverse":
+            if pairs and pairs[-1].exposure_ms != one.exposure_ms:
+                found, pairs = [*found, ("pairs", pairs)], []
+            pairs += [one, other]
+        stem = one.name.rpartition("-")[0]
+        if stem.startswith("sine-"):
+            steps.append(one)
+            if not (other is not None and same and other.name.rpartition("-")[0] == stem):
+                found, steps = [*found, ("steps", steps)], []
+    runs = [*found, ("pairs", pairs)]
+    return [(kind, run) for kind, run in runs if len(run) >= _FEWEST_ALIKE]
 
 
 def read_capture(folder: Path) -> CaptureDocument:

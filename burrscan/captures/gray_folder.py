@@ -2,7 +2,8 @@
 
 The layout is that of OpenCV's ``structured_light`` module and of the tools built on it: for the projector's
 columns each bit and then its inverse, the most significant bit first; the same for its rows; then white, then
-black. Codes count from the first column and the first row.
+black. Codes count from the first column and the first row. Inverses may be missing, and then white and black,
+too.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from burrscan.arrays import Floats, Image, Ints, freeze
+from burrscan.arrays import Bools, Image, freeze
+from burrscan.captures.noise import noise_of, of_levels, of_pairs
 from burrscan.captures.png import check_depth, read_grey
 from burrscan.codes.gray import bits_for, decode, encode_gray
 from burrscan.correspondence import Correspondence
@@ -26,10 +29,14 @@ _NUMBERED = re.compile(r"^(?P<stem>.*?)(?P<number>\d+)(?P<suffix>\.(png|bmp|tiff
 _DEPTHS = (8, 10, 12, 14, 16)
 _FEWEST_LIT = 100
 _LEAST_SHARE = 0.25
-_NOISE_BINS = 32
-_PER_BIN = 200
-_LEAST_GAIN = 1e-4
-_LEAST_SPREAD = 0.2
+_SURE_Z = 3.0
+_DIMMEST = 5.0 / 256.0
+"""Of full scale: a pixel to which the projector adds no more than 5 DN of 8 bits is not believed."""
+_INVERTED_NOISE = 5.0
+"""How much more variance a bit against a threshold has at most than against its inverse; see ``_paired``."""
+
+ToldBy = Literal["inverses", "white and black", "own range"]
+"""What a bit is compared with: its inverse, the middle of white and black, or of a pixel's own range."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +46,16 @@ class GrayCapture:
     Parameters
     ----------
     columns, rows
-        (2 bits, h, w) each bit and its inverse, the most significant first.
+        (2 bits, h, w) each bit and its inverse, the most significant first; (bits, h, w) where there are no
+        inverses.
     white, black
-        (h, w).
+        (h, w); where they were not taken, each pixel's brightest and darkest value.
     camera
         A data sheet: estimated from the pictures themselves, or measured.
     width, height
         The projector's raster.
+    told_by
+        What bits are compared with.
 
     """
 
@@ -56,6 +66,7 @@ class GrayCapture:
     camera: CameraSheet
     width: int
     height: int
+    told_by: ToldBy = "inverses"
 
     def __post_init__(self) -> None:
         freeze(self, columns=self.columns, rows=self.rows, white=self.white, black=self.black)
@@ -96,29 +107,44 @@ def read_gray_folder(
                 f"{images[0].shape[1]}×{images[0].shape[0]}"
             )
     stack: Image = np.stack(images)
-    white, black = stack[-2], stack[-1]
+    bits, white, black, told_by = _parted(stack, width, height)
     _refuse_unlit(folder, white, black)
-    _refuse_other_order(paths, stack)
-    split = 2 * bits_for(width=width, cell_px=1)
+    if told_by == "inverses":
+        _refuse_other_order(paths, stack)
     for path, image in zip(paths, images, strict=True):
         if camera is not None:
             check_depth(image, camera.bit_depth, path)
-    sheet = camera or _camera_of(stack[:-2])
-    return GrayCapture(stack[:split], stack[split:-2], white, black, sheet, width, height)
+    sheet = camera or _camera_of(bits, white, black, told_by)
+    split = bits_for(width=width, cell_px=1) * (2 if told_by == "inverses" else 1)
+    return GrayCapture(bits[:split], bits[split:], white, black, sheet, width, height, told_by)
+
+
+def _parted(stack: Image, width: int, height: int) -> tuple[Image, Image, Image, ToldBy]:
+    """Bits, white, black, and what bits are compared with."""
+    if len(stack) == gray_frames(width=width, height=height):
+        return stack[:-2], stack[-2], stack[-1], "inverses"
+    if len(stack) == gray_frames(width=width, height=height, inverses=False):
+        return stack[:-2], stack[-2], stack[-1], "white and black"
+    return stack, stack.max(axis=0), stack.min(axis=0), "own range"
 
 
 def decode_gray_capture(capture: GrayCapture) -> Correspondence:
     """Projector columns and rows of a plain Gray-code capture.
 
     A pixel is accepted where columns and rows both decode: at most one bit of each is doubtful (within
-    three standard deviations of its inverse), and flipping it moves the pixel by one. Its stated sigma is
-    that of an even spread over one projector pixel. O(frames · pixels).
+    three standard deviations of its inverse or its threshold), flipping it moves the pixel by one, and the
+    projector adds more than 5 DN of 8 bits. Its stated sigma is that of an even spread over one projector
+    pixel. O(frames · pixels).
     """
-    columns, rows = (linear_images(images, capture.camera) for images in (capture.columns, capture.rows))
     camera = linear_camera(capture.camera)
-    u = decode(columns, camera, width=capture.width, cell_px=1)
-    v = decode(rows, camera, width=capture.height, cell_px=1)
-    mask = u.mask & v.mask
+    u, v = (
+        decode(pairs, camera, width=extent, cell_px=1, doubtful_z=z)
+        for (pairs, z), extent in (
+            (_paired(capture, capture.columns), capture.width),
+            (_paired(capture, capture.rows), capture.height),
+        )
+    )
+    mask = u.mask & v.mask & _lit(capture)
     nan = np.float32(np.nan)
     return Correspondence(
         u_px=np.where(mask, u.u_px, nan),
@@ -129,19 +155,45 @@ def decode_gray_capture(capture: GrayCapture) -> Correspondence:
     )
 
 
-def gray_frames(*, width: int, height: int) -> int:
-    """How many pictures a plain Gray-code capture has."""
-    return 2 * (bits_for(width=width, cell_px=1) + bits_for(width=height, cell_px=1)) + 2
+def _paired(capture: GrayCapture, images: Image) -> tuple[Image, float]:
+    """Linear pictures of bits, each with what it is compared with, and after how many sigmas it is sure.
+
+    Without inverses that is ``white + black - bit``: a bit beats it where it is above their middle. The
+    difference is then ``2 bit - white - black``, whose variance, ``4 bit + white + black`` in photons, is at
+    most five times ``white + black``, which the decoder takes it for; and three times the read noise.
+    """
+    linear = linear_images(images, capture.camera)
+    if capture.told_by == "inverses":
+        return linear, _SURE_Z
+    ends = (linear_images(end, capture.camera).astype(np.float32) for end in (capture.white, capture.black))
+    against = sum(ends) - linear
+    pairs = np.stack([linear.astype(np.float32), against], axis=1)
+    return pairs.reshape(-1, *linear.shape[1:]), _SURE_Z * float(np.sqrt(_INVERTED_NOISE))
+
+
+def _lit(capture: GrayCapture) -> Bools:
+    """(h, w) True where the projector's light is seen at all."""
+    gain = capture.white.astype(np.float32) - capture.black
+    return np.asarray(gain > _DIMMEST * (capture.camera.saturation_dn + 1))
+
+
+def gray_frames(*, width: int, height: int, inverses: bool = True) -> int:
+    """How many pictures a plain Gray-code capture has, white and black among them."""
+    bits = bits_for(width=width, cell_px=1) + bits_for(width=height, cell_px=1)
+    return (2 * bits if inverses else bits) + 2
 
 
 def _frames(folder: Path, width: int, height: int) -> list[Path]:
     """The numbered pictures in order, none missing."""
     if not folder.is_dir():
         raise InputError(f"{folder}: {'not a folder' if folder.exists() else 'no such folder'}")
-    series = _series(folder)
+    series = numbered_pictures(folder)
     expected = gray_frames(width=width, height=height)
+    fewer = gray_frames(width=width, height=height, inverses=False)
     numbers = sorted(series)
     first = numbers[0]
+    if len(numbers) in {fewer, fewer - 2} and numbers[-1] - first == len(numbers) - 1:
+        return [series[n] for n in numbers]
     missing = sorted(set(range(first, first + expected)) - set(numbers))
     if missing or len(numbers) > expected:
         what = (
@@ -151,13 +203,14 @@ def _frames(folder: Path, width: int, height: int) -> list[Path]:
         )
         raise InputError(
             f"{folder}: {what}; a projector of {width}×{height} takes {expected} pictures, numbered {first} "
-            f"to {first + expected - 1}: columns and rows as bit and inverse, white, black"
+            f"to {first + expected - 1}: columns and rows as bit and inverse, white, black; or {fewer} "
+            f"without inverses, {fewer - 2} without white and black, too"
         )
     return [series[n] for n in numbers]
 
 
-def _series(folder: Path) -> dict[int, Path]:
-    """The longest run of files that differ in their number alone."""
+def numbered_pictures(folder: Path) -> dict[int, Path]:
+    """The longest run of files that differ in their number alone: number to file."""
     found: dict[tuple[str, str], dict[int, Path]] = {}
     for path in sorted(folder.iterdir()):
         match = _NUMBERED.match(path.name)
@@ -200,37 +253,16 @@ def _refuse_other_order(paths: list[Path], stack: Image) -> None:
             )
 
 
-def _camera_of(pairs: Image) -> CameraSheet:
-    """A data sheet by the photon transfer of the pictures themselves.
-
-    The sum of a picture and its inverse is the same for every bit, but for noise: its variance over the bits
-    is ``gain · sum + 2 · read noise²`` (EMVA 1288), a straight line whose slope is the gain.
-    """
-    depth = next(d for d in _DEPTHS if int(pairs.max()) < 1 << d)
+def _camera_of(bits: Image, white: Image, black: Image, told_by: ToldBy) -> CameraSheet:
+    """A data sheet by the photon transfer of the pictures themselves (:mod:`burrscan.captures.noise`)."""
+    depth = next(d for d in _DEPTHS if int(max(bits.max(), white.max())) < 1 << d)
     top = (1 << depth) - 1
-    sums = pairs[0::2].astype(np.float32) + pairs[1::2]
-    clipped = (pairs >= top).any(axis=0)
-    mean, variance = sums.mean(axis=0)[~clipped], sums.var(axis=0, ddof=1)[~clipped]
-    gain, floor = _photon_transfer(mean.astype(float), variance.astype(float), len(sums) - 1)
-    read_dn = np.sqrt(max(0.5 * floor - 1.0 / 12.0, 0.01))
-    return CameraSheet(
-        bit_depth=depth, full_well_e=top / gain, read_noise_e=float(read_dn) / gain, black_level_dn=0.0
-    )
-
-
-def _photon_transfer(mean: Floats, variance: Floats, freedom: int) -> tuple[float, float]:
-    """Slope and intercept of variance over mean, from medians in bins of equal count."""
-    order: Ints = np.argsort(mean, kind="stable")
-    bins = np.array_split(order, min(max(len(mean) // _PER_BIN, 1), _NOISE_BINS))
-    if not len(mean):
-        return _LEAST_GAIN, 2.0  # everything clips somewhere: a noise of one DN, as good a guess as any
-    x = np.array([mean[b].mean() for b in bins])
-    # the median of chi² over its degrees of freedom (Wilson & Hilferty 1931)
-    y = np.array([np.median(variance[b]) for b in bins]) / (1.0 - 2.0 / (9.0 * freedom)) ** 3
-    if np.ptp(x) < _LEAST_SPREAD * x.max():
-        return _LEAST_GAIN, float(y.mean())
-    slope, intercept = np.polyfit(x, y, 1, w=1.0 / np.maximum(y, 1e-3))
-    return (float(slope), float(intercept)) if slope > _LEAST_GAIN else (_LEAST_GAIN, float(y.mean()))
+    if told_by == "inverses":
+        samples = of_pairs(bits, top=top)
+    else:
+        samples = of_levels(bits, 2.0 * bits > white.astype(np.float32) + black, top=top)
+    full_well_e, read_noise_e = noise_of(samples, top=top, black_level_dn=0.0)
+    return CameraSheet(depth, full_well_e, read_noise_e, black_level_dn=0.0)
 
 
 def plain_gray_patterns(*, width: int, height: int) -> Patterns:

@@ -110,9 +110,11 @@ def _cells(
     return cell, other
 
 
-def decode(images: Image, camera: CameraSheet, *, width: int, cell_px: int) -> Correspondence:
+def decode(
+    images: Image, camera: CameraSheet, *, width: int, cell_px: int, doubtful_z: float = 3.0
+) -> Correspondence:
     """The middle of each pixel's cell; sigma is that of an even spread over the cell."""
-    cell, other = decode_gray(images, camera=camera)
+    cell, other = decode_gray(images, camera=camera, doubtful_z=doubtful_z)
     mask = (np.abs(cell - other) <= 1) & (other >= 0) & (cell * cell_px < width)
     u_px = np.where(mask, (cell + other) * (0.5 * cell_px) + 0.5 * (cell_px - 1), np.nan)
     return Correspondence(u_px.astype(np.float32), _spread(mask, cell_px), mask)

@@ -92,3 +92,21 @@ def test_what_cannot_be_scanned_is_one_message(
     told = capsys.readouterr()
     assert "0003.png: no such image" in told.err
     assert "Traceback" not in told.err
+
+
+def test_a_plain_folder_without_inverses_says_how_its_bits_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "gray"
+    scanner = gray_folder(folder)
+    raster = f"{scanner.rig.projector.width}x{scanner.rig.projector.height}"
+    assert main(["scan", str(folder), "--gray", raster]) == 0
+    assert "told by their inverses" in capsys.readouterr().out
+    paths = sorted(folder.iterdir())
+    kept = [path.read_bytes() for path in [*paths[:-2:2], *paths[-2:]]]
+    for path in paths:
+        path.unlink()
+    for path, picture in zip(paths[: len(kept)], kept, strict=True):
+        path.write_bytes(picture)
+    assert main(["scan", str(folder), "--gray", raster]) == 0
+    assert "no inverses: told by a threshold" in capsys.readouterr().out

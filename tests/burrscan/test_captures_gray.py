@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
@@ -9,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from burrscan import Correspondence, InputError, Rig
+from burrscan import CameraSheet, Correspondence, InputError, Rig
 from burrscan.arrays import Floats, Image, Ints
 from burrscan.captures.gray_folder import (
     GrayCapture,
@@ -203,3 +204,74 @@ def test_exchanged_axes_are_the_same_geometry() -> None:
     again = exchanged(exchanged_rig)
     assert again.projector == below.projector
     assert np.allclose(again.T_projector_camera, below.T_projector_camera)
+
+
+def without(folder: Path, *, ends: bool) -> None:
+    """Leave out the inverses, and white and black where ``ends``; number what is left anew."""
+    count = gray_frames(**SIZE)
+    kept = [*range(0, count - 2, 2), *([] if ends else [count - 2, count - 1])]
+    pictures = [(folder / f"graycode_{i:02d}.png").read_bytes() for i in kept]
+    for path in folder.iterdir():
+        path.unlink()
+    for i, picture in enumerate(pictures):
+        (folder / f"graycode_{i:02d}.png").write_bytes(picture)
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_without_inverses_bits_are_told_by_a_threshold(tmp_path: Path, *, ends: bool) -> None:
+    u, v = write_folder(tmp_path, noise=2.0)
+    without(tmp_path, ends=ends)
+    capture = read_gray_folder(tmp_path, **SIZE)
+    assert capture.told_by == ("own range" if ends else "white and black")
+    assert capture.camera.noise_dn(np.array([80.0]))[0] == pytest.approx(2.0, rel=0.3)
+    found = decode_gray_capture(capture)
+    assert found.v_px is not None
+    assert found.mask.mean() > 0.99
+    assert np.array_equal(found.u_px[found.mask], np.rint(u)[found.mask])
+    assert np.array_equal(found.v_px[found.mask], np.rint(v)[found.mask])
+
+
+def test_a_threshold_is_each_pixels_own(tmp_path: Path) -> None:
+    """Half of the board is six times as dark: one threshold for all would read it as zeros."""
+    u, _ = write_folder(tmp_path)
+    for number in range(gray_frames(**SIZE)):
+        spoil(
+            tmp_path, number, lambda image: np.where(np.arange(60) < 30, image // 6, image).astype(np.uint8)
+        )
+    without(tmp_path, ends=False)
+    found = decoded(tmp_path)
+    assert found.mask[:, :30].mean() > 0.9
+    assert np.array_equal(found.u_px[found.mask], np.rint(u)[found.mask])
+
+
+@pytest.mark.parametrize("inverses", [True, False])
+def test_a_pixel_that_hardly_sees_the_projector_is_not_accepted(tmp_path: Path, *, inverses: bool) -> None:
+    """Without noise a difference of 5 DN decodes, and is more likely bounced light than the projector."""
+    write_folder(tmp_path, noise=0.0)
+    for number in range(gray_frames(**SIZE)):
+        for columns, gain in ((slice(0, 10), 5.0 / 150.0), (slice(10, 20), 7.0 / 150.0)):
+
+            def dimmer(image: Image, at: slice = columns, by: float = gain) -> Image:
+                changed = image.copy()
+                changed[:, at] = np.rint(10.0 + by * (image[:, at].astype(float) - 10.0))
+                return changed
+
+            spoil(tmp_path, number, dimmer)
+    if not inverses:
+        without(tmp_path, ends=False)
+    camera = CameraSheet(bit_depth=8, full_well_e=1e6, read_noise_e=1.0, black_level_dn=0.0)
+    found = decode_gray_capture(read_gray_folder(tmp_path, **SIZE, camera=camera))
+    assert not found.mask[:, :10].any()
+    assert found.mask[:, 10:].all()
+
+
+def test_the_real_capture_by_thresholds_agrees_with_itself_by_inverses(procam: GrayCapture) -> None:
+    """A bit at the border of two stripes is the one that a threshold may tell another way: one pixel off."""
+    by_threshold = replace(
+        procam, columns=procam.columns[::2], rows=procam.rows[::2], told_by="white and black"
+    )
+    ours, theirs = decode_gray_capture(by_threshold), decode_gray_capture(procam)
+    both = ours.mask & theirs.mask
+    assert both.sum() > 0.8 * theirs.mask.sum()
+    assert ours.mask.sum() < 1.05 * theirs.mask.sum()
+    assert (np.abs(ours.u_px - theirs.u_px)[both] <= 1.0).mean() > 0.99

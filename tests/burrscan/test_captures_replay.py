@@ -127,3 +127,54 @@ def test_pictures_that_belong_to_nothing(folder: Path) -> None:
         cv2.imwrite(str(path), np.full_like(image, 400 + int(rng.integers(2))))
     with pytest.raises(InputError, match="no pixel decodes, though the pictures are not dark"):
         replay(folder)
+
+
+def noiseless_sheet(folder: Path, *names: str) -> None:
+    camera = json.loads((folder / "capture.json").read_text())["camera"]
+    for name in names:
+        del camera[name]
+    edit(folder, "capture.json", camera=camera)
+
+
+def test_noise_that_is_not_stated_is_measured_from_the_pictures(
+    recorded: tuple[Path, Scan], folder: Path
+) -> None:
+    true = FolderScanner(folder).camera
+    noiseless_sheet(folder, "full_well_e", "read_noise_e")
+    scan, scanner = replay(folder)
+    for value in (100.0, 300.0, 800.0):
+        assert scanner.camera.noise_dn(np.array(value)) == pytest.approx(
+            true.noise_dn(np.array(value)), rel=0.1
+        )
+    ours, theirs = scan.correspondence, recorded[1].correspondence
+    both = ours.mask & theirs.mask
+    assert both.sum() > 0.97 * theirs.mask.sum()
+    assert np.median(ours.sigma_u_px[both] / theirs.sigma_u_px[both]) == pytest.approx(1.0, abs=0.1)
+
+
+def test_one_value_that_is_stated_stays(folder: Path) -> None:
+    true = FolderScanner(folder).camera
+    noiseless_sheet(folder, "read_noise_e")
+    camera = FolderScanner(folder).camera
+    assert camera.full_well_e == true.full_well_e
+    assert 0.0 < camera.read_noise_e < 10.0 * true.read_noise_e
+
+
+def test_noise_that_no_picture_tells_must_be_stated(folder: Path) -> None:
+    shots = json.loads((folder / "capture.json").read_text())["shots"]
+    edit(folder, "capture.json", shots=[shot for shot in shots if shot["name"].startswith("even")])
+    noiseless_sheet(folder, "full_well_e")
+    with pytest.raises(InputError, match=r"camera\.full_well_e and camera\.read_noise_e: state them"):
+        FolderScanner(folder)
+
+
+def test_the_even_shot_that_is_missing_is_explained(folder: Path) -> None:
+    shots = json.loads((folder / "capture.json").read_text())["shots"]
+    edit(folder, "capture.json", shots=[shot for shot in shots if not shot["name"].startswith("even")])
+    with pytest.raises(InputError, match="no shot 'even-255', the whole projector at level 255 of 255"):
+        replay(folder)
+
+
+def test_the_documents_name_the_even_shot() -> None:
+    page = (Path(__file__).parents[2] / "burrscan" / "captures" / "README.md").read_text("utf-8")
+    assert "`even-255`: the whole projector at level 255" in page

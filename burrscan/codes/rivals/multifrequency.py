@@ -95,6 +95,19 @@ def decode_ladder(
     phases = phases_of(images, camera, periods_px=periods_px, steps=steps)
     u_px = start(phases[0])
     doubtful = np.zeros(u_px.shape, bool)
+    return climb(phases, u_px, doubtful, width=width, max_sigma_px=max_sigma_px, z=z)
+
+
+def climb(
+    phases: tuple[Phase, ...],
+    u_px: Floats,
+    doubtful: Bools,
+    *,
+    width: int,
+    max_sigma_px: float = 0.4,
+    z: float = 4.0,
+) -> Correspondence:
+    """From columns by the longest period, and where those are doubtful, up to the finest period's."""
     for coarse, fine in pairwise(phases):
         u_px, moved = refine(u_px, fine)
         noise = np.hypot(coarse.sigma_px, fine.sigma_px)
