@@ -21,6 +21,8 @@ _SIZES |= {
     "float32": 4,
     "float64": 8,
 }
+_OBJ_CORNERS = 3
+_FACES = re.compile(rb"(?m)^[ \t]*f([ \t].*)$")
 _END = re.compile(rb"(?m)^end_header\r?\n?")
 
 
@@ -41,7 +43,7 @@ def mesh_bytes(path: Path) -> io.BytesIO:
     kind = path.suffix.lower()
     if kind == ".stl":
         return io.BytesIO(_stl(data, path))
-    return io.BytesIO(_ply(data, path) if kind == ".ply" else _ascii(data))
+    return io.BytesIO(_ply(data, path) if kind == ".ply" else _obj(data, path))
 
 
 def _ascii(text: bytes) -> bytes:
@@ -50,6 +52,42 @@ def _ascii(text: bytes) -> bytes:
     except UnicodeDecodeError:
         return text.decode("latin-1").encode("ascii", "replace")
     return text
+
+
+def _obj(data: bytes, path: Path) -> bytes:
+    """A text whose last line, where no line feed ends it, is whole, and whose faces then have their vertices.
+
+    An OBJ announces nothing. One that was cut off ends within a line, as a rule, or lacks vertices that it
+    names. A number that lost its last digits is a number: that is not seen.
+    """
+    text = _ascii(data)
+    if text.endswith((b"\n", b"\r")) or not text.strip():
+        return text
+    last = text.splitlines()[-1].split(b"#")[0].split()
+    if last[:1] == [b"v"] and not (len(last) >= _OBJ_CORNERS + 1 and all(map(_is_number, last[1:]))):
+        raise InputError(f"{path}: is cut off within its last line, a vertex; save or copy it again")
+    if last[:1] == [b"f"] and not (len(last) >= _OBJ_CORNERS + 1 and all(map(_is_corner, last[1:]))):
+        raise InputError(f"{path}: is cut off within its last line, a face; save or copy it again")
+    there = len(re.findall(rb"(?m)^[ \t]*v[ \t]", text))
+    named = max((int(n) for n in re.findall(rb"[ \t]([0-9]+)", b"\n".join(_FACES.findall(text)))), default=0)
+    if named > there:
+        raise InputError(
+            f"{path}: is cut off: its faces name vertex {named}, it has {there}; save or copy it again"
+        )
+    return text
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_corner(word: bytes) -> bool:
+    """Whether a word names a vertex, with its texture and normal or without: ``7``, ``7/1``, ``7//3``."""
+    return re.fullmatch(rb"-?\d+(/-?\d+|/-?\d*/-?\d+)?", word) is not None
 
 
 def _stl(data: bytes, path: Path) -> bytes:

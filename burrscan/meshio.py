@@ -141,8 +141,10 @@ def _cleaned(vertices: Floats, faces: Ints32, sigma: Floats | None) -> MeshData:
     return MeshData(np.ascontiguousarray(vertices), np.ascontiguousarray(faces), tuple(notices), sigma)
 
 
-def write_deviation_ply(path: Path, vertices_mm: Floats, faces: Ints32, deviation_mm: Floats) -> None:
-    """Write a binary PLY with a float property ``deviation_mm`` and colours.
+def write_deviation_ply(
+    path: Path, vertices_mm: Floats, faces: Ints32, deviation_mm: Floats, *, sigma_mm: Floats | None = None
+) -> None:
+    """Write a binary PLY with a float property ``deviation_mm``, ``sigma_mm`` where it is known, and colours.
 
     Colours run from blue (material missing) over white to red (material too much), full at the 99.5 % point
     of the deviations' size; grey where none is stated. MeshLab, CloudCompare and Blender show either.
@@ -151,7 +153,7 @@ def write_deviation_ply(path: Path, vertices_mm: Floats, faces: Ints32, deviatio
         path,
         vertices_mm,
         faces,
-        scalars={"deviation_mm": deviation_mm},
+        scalars={"deviation_mm": deviation_mm} | ({} if sigma_mm is None else {"sigma_mm": sigma_mm}),
         colours=_colours(deviation_mm),
         comment="coordinates and deviation in millimetres",
     )

@@ -14,7 +14,7 @@ sampled. Angles and z of burrs count in the part frame: the mesh's own, turned b
 rotation that brings its z axis onto the axis found; z is 0 at the foot of the mesh's origin. A part
 drawn along z keeps its z and its angles. --zero, --up and --origin state another datum, which goes
 with the part. T_part_mesh in the JSON is that frame (docs/inspection.schema.json). The PLY carries
-a float property 'deviation_mm' per vertex.
+a float property 'deviation_mm' per vertex, and 'sigma_mm' where MESH has it.
 
 exit codes: 0 no burr is over --limit, or none was given; 1 one is; 2 the mesh cannot be used"""
 
@@ -64,5 +64,5 @@ def main(given: argparse.Namespace) -> int:
         limit_mm=given.limit,
         datum=Datum(*(tuple(p) if p else None for p in (given.zero, given.up, given.origin))),
     )
-    deliver(inspection, mesh.vertices_mm, mesh.faces, json=given.json, ply=given.ply)
+    deliver(inspection, mesh.vertices_mm, mesh.faces, sigma_mm=mesh.sigma_mm, json=given.json, ply=given.ply)
     return int(any(burr.within_limit is False for burr in inspection.burrs))

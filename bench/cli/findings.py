@@ -19,7 +19,13 @@ _USUAL_MM = (1.0, 10_000.0)
 
 
 def deliver(
-    inspection: Inspection, vertices_mm: Floats, faces: Ints32, *, json: Path | None, ply: Path | None
+    inspection: Inspection,
+    vertices_mm: Floats,
+    faces: Ints32,
+    *,
+    sigma_mm: Floats | None = None,
+    json: Path | None,
+    ply: Path | None,
 ) -> None:
     """Print what was found, and write the files that are asked for."""
     with told(json):
@@ -29,7 +35,7 @@ def deliver(
     if json:
         write_json(json, inspection_document(inspection))
     if ply:
-        write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm)
+        write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm, sigma_mm=sigma_mm)
 
 
 def print_inspection(inspection: Inspection) -> None:

@@ -11,6 +11,8 @@ from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_sca
 from burrscan import inspect_mesh
 from burrscan.arrays import Floats, Ints32
 from burrscan.errors import InputError
+from burrscan.meshio import read_mesh
+from burrscan.ply import write_ply
 
 
 def test_detect_tells_of_checks_that_failed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,3 +101,13 @@ def test_a_bad_mesh_ends_with_one_clear_message(
     assert why in told.err
     assert told.err.count("\n") == 1
     assert not told.out
+
+
+def test_the_ply_of_deviations_keeps_the_stated_sigma(scan: RevolutionScan, tmp_path: Path) -> None:
+    sigma = np.linspace(0.04, 0.06, len(scan.vertices_mm))
+    write_ply(tmp_path / "in.ply", scan.vertices_mm, scan.faces, scalars={"sigma_mm": sigma})
+    assert main(["detect", str(tmp_path / "in.ply"), "--ply", str(tmp_path / "out.ply")]) == 0
+    again = read_mesh(tmp_path / "out.ply")
+    assert again.sigma_mm is not None
+    np.testing.assert_allclose(again.sigma_mm, sigma, rtol=1e-6)
+    assert b"property float deviation_mm" in (tmp_path / "out.ply").read_bytes()[:400]

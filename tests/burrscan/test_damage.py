@@ -90,3 +90,37 @@ def test_what_is_no_pose_is_refused(pose: Floats, said: str) -> None:
 def test_a_curve_of_few_nodes_has_a_spread(nodes: int) -> None:
     count = np.ones((nodes, 16))
     assert _between(count, count * np.arange(16.0)).shape == (nodes,)
+
+
+WHOLE_OBJ = b"v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 2 3\nf 1/1 2/1 4/1\nf 2//3 3//3 4//3\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nv 1.5 2.", "within its last line, a vertex"),
+        (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nv 1.5 2 -", "within its last line, a vertex"),
+        (WHOLE_OBJ[:-2] + b"/", "within its last line, a face"),
+        (WHOLE_OBJ + b"f 1 2", "within its last line, a face"),
+        (WHOLE_OBJ + b"f 1 2 17", "its faces name vertex 17, it has 4"),
+        (
+            b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nf 2 3 4\nv 0 0 9\nf 7 8 9\nv 1 2 3",
+            "its faces name vertex 9, it has 5",
+        ),
+    ],
+)
+def test_an_obj_cut_off_is_refused(text: bytes, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "cut.obj"
+    path.write_bytes(text)
+    with pytest.raises(InputError, match=f"is cut off.*{said}|is cut off {said}") as caught:
+        read_mesh(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "end", [b"", b"\n", b"# made by hand", b"f -1 -2 -3", b"f 1 2 3 4", b"v 1 2 3 0.5 0.5 0.5"]
+)
+def test_an_obj_that_is_whole_is_read(end: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "whole.obj"
+    path.write_bytes(WHOLE_OBJ.replace(b"/1", b"").replace(b"//3", b"") + end)
+    assert len(read_mesh(path).faces) >= 3
