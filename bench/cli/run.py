@@ -181,7 +181,7 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
         _refuse_code(begun, trusted=given.trust)
     seed = usual[0] if given.seed is None else given.seed
     only = given.case or usual[1]
-    done = {record.case for record in begun.records} if begun else set()
+    done = {record.case for record in begun.records} - begun.obstructed.keys() if begun else set()
     cases = [case for case in chosen(expand(suite, seed=seed), only) if case.id not in done]
     workers = given.workers or usable_cores()
     print(estimate(suite, cases, known_costs(default_folder()), workers=workers), file=sys.stderr, flush=True)

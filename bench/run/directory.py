@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.run.forms import FORMAT, ManifestForm
+from bench.run.machine import said_of_the_machine
 from bench.run.records import Record, read
 from bench.suites.case import Case
 from bench.suites.identity import content_hash
@@ -80,6 +81,12 @@ class Run:
     seed: int
     manifest: Mapping[str, Any]
     records: tuple[Record, ...]
+
+    @property
+    def obstructed(self) -> dict[str, str]:
+        """Cases whose recorded failure is the machine's, as old versions recorded it, to what it was."""
+        failed = [(record.case, record.failure) for record in self.records if record.failure]
+        return {case: why for case, failure in failed if (why := said_of_the_machine(failure))}
 
     @property
     def missing(self) -> int:
@@ -158,7 +165,7 @@ def unfinished(parent: Path, suite_name: str | None) -> Path:
     for manifest in found:
         with suppress(InputError, OSError):  # one of another version, or damaged, stops no other
             run = load_run(manifest.parent)
-            if run.missing and suite_name in {None, run.suite.name}:
+            if (run.missing or run.obstructed) and suite_name in {None, run.suite.name}:
                 return manifest.parent
     what = f"of suite '{suite_name}' " if suite_name else ""
     raise InputError(f"{parent}: no unfinished run {what}to resume; name one with --out")

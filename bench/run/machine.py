@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import errno
+import re
+
+from bench.run.records import Failure
 
 _CODES = frozenset(
     {
@@ -11,6 +14,23 @@ _CODES = frozenset(
     }
 )  # fmt: skip
 """No space, no permission, a failing disk, no memory, no descriptors: nothing that a method does."""
+
+
+_SAID = re.compile(r"(?m)^(?:[\w.]+: \[Errno (?P<code>\d+)\] (?P<reason>.*)|(?:[\w.]+\.)?MemoryError\b.*)$")
+"""How Python words such an error, first in a record's error or last of a traceback's parts."""
+
+
+def said_of_the_machine(failure: Failure) -> str:
+    """What of the machine made a failure that was recorded before such were told apart; else empty.
+
+    Until burrscan 0.2 a full disk was recorded as if the method had failed.
+    """
+    for said in _SAID.finditer(f"{failure.error}\n{failure.traceback}"):
+        if said["code"] is None:
+            return "out of memory"
+        if int(said["code"]) in _CODES:
+            return said["reason"]
+    return ""
 
 
 def of_the_machine(error: BaseException) -> str:

@@ -183,9 +183,12 @@ def _refuse_another(run: Run, asked: dict[str, Any]) -> None:
 
 def _settle(directory: RunDirectory, cases: Sequence[Case], variants: int) -> list[Case]:
     """Keep the records of cases that are complete; say which cases are still to do."""
-    kept = load_run(directory.path).records
+    run = load_run(directory.path)
+    kept, again = run.records, run.obstructed
+    for case, why in again.items():
+        _LOG.warning("note: %s is tried again: its machine failed, not a method: %s", case, why)
     counts = Counter(record.case for record in kept)
-    whole = {case for case, count in counts.items() if count == variants}
+    whole = {case for case, count in counts.items() if count == variants and case not in again}
     _rewrite(directory.records, (record for record in kept if record.case in whole))
     return [case for case in cases if case.id not in whole]
 

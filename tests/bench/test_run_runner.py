@@ -246,3 +246,40 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
     assert 0 < load_run(out).missing < 8
     run_suite(suite, out, workers=1, examine_case=fakes.good)
     assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)
+
+
+@pytest.mark.parametrize(
+    ("error", "traceback", "again"),
+    [
+        ("OSError: [Errno 28] No space left on device: 'x.npz'", "", True),
+        ("PermissionError: [Errno 13] Permission denied: 'x.npz'", "", True),
+        ("OSError: [Errno 5] Input/output error", "", True),
+        ("numpy._core._exceptions._ArrayMemoryError: Unable", "MemoryError: no room\n", True),
+        (
+            "ValueError: while saving",
+            "OSError: [Errno 28] No space left\n\nDuring ...\nValueError: x\n",
+            True,
+        ),
+        ("FileNotFoundError: [Errno 2] No such file or directory: 'x'", "", False),
+        ("ValueError: no light at [Errno 28]", "", False),
+    ],
+)
+def test_what_old_versions_recorded_of_a_full_disk_is_tried_again(
+    fakes: ModuleType, tmp_path: Path, error: str, traceback: str, *, again: bool
+) -> None:
+    suite = small_suite(seeds=[0, 1])
+    run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one)
+    records = tmp_path / "r" / "records.jsonl"
+    lines = [json.loads(line) for line in records.read_text().splitlines()]
+    for line in lines:
+        if line["failure"]:
+            line["failure"] |= {"error": error, "traceback": traceback}
+    records.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    failed = {line["case"] for line in lines if line["failure"]}
+    assert set(load_run(tmp_path / "r").obstructed) == (failed if again else set())
+    if again:
+        assert unfinished(tmp_path, None) == tmp_path / "r"
+    run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.good)
+    left = {record.case for record in load_run(tmp_path / "r").records if record.failure}
+    assert left == (set() if again else failed)
+    assert len(load_run(tmp_path / "r").records) == len(lines)
