@@ -5,7 +5,9 @@ Optical constants (wavelength in nm, n, k), tabulated at refractiveindex.info (p
 - aluminium: A. D. Rakić, Appl. Opt. 34, 4755 (1995), evaporated film;
 - steel: B. Karlsson and C. G. Ribbing, J. Appl. Phys. 53, 6340 (1982), austenitic stainless;
 - brass: M. R. Querry, Contractor Report CRDC-CR-85034 (1985), 70 % Cu, 30 % Zn;
-- chrome: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056 (1974);
+- chrome: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056 (1974): 0.555 of green light at right angles;
+- chrome-film: A. D. Rakić, A. B. Djurišić, J. M. Elazar and M. L. Majewski, Appl. Opt. 37, 5271 (1998), their
+  Brendel-Bormann fit to films of several laboratories: 0.65 of it;
 - copper, gold: P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972).
 """
 
@@ -22,7 +24,7 @@ from burrscan.documents import STRICT
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
-Metal = Literal["aluminium", "steel", "brass", "chrome", "copper", "gold"]
+Metal = Literal["aluminium", "steel", "brass", "chrome", "chrome-film", "copper", "gold"]
 Band = Literal["red", "green", "blue"]
 Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
@@ -87,6 +89,24 @@ _CONSTANTS = {
         (582.0, 3.22, 3.30),
         (617.0, 3.17, 3.30),
         (659.0, 3.09, 3.34),
+    ),
+    "chrome-film": (
+        (431.91, 1.8853, 3.7635),
+        (444.06, 1.9786, 3.8289),
+        (456.56, 2.0753, 3.8913),
+        (469.40, 2.1754, 3.9501),
+        (482.61, 2.2784, 4.0048),
+        (496.19, 2.3839, 4.0552),
+        (510.15, 2.4916, 4.1009),
+        (524.50, 2.6008, 4.1414),
+        (539.26, 2.7109, 4.1766),
+        (554.43, 2.8213, 4.2063),
+        (570.03, 2.9314, 4.2305),
+        (586.06, 3.0404, 4.2492),
+        (602.55, 3.1476, 4.2625),
+        (619.50, 3.2524, 4.2706),
+        (636.93, 3.3541, 4.2739),
+        (654.85, 3.4522, 4.2727),
     ),
     "copper": (
         (430.5, 1.25, 2.305),

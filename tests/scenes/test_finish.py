@@ -114,7 +114,8 @@ def test_oxide_blends_the_metal_with_diffuse(renderer: tuple[Any, Channels]) -> 
 
 
 @pytest.mark.parametrize(
-    ("metal", "mean"), [("aluminium", 0.915), ("steel", 0.65), ("brass", 0.78), ("chrome", 0.555)]
+    ("metal", "mean"),
+    [("aluminium", 0.915), ("steel", 0.65), ("brass", 0.78), ("chrome", 0.555), ("chrome-film", 0.65)],
 )
 def test_the_constants_give_the_known_reflectances_of_the_metals(metal: Metal, mean: float) -> None:
     n, k = optical_constants(metal, (550.0,))
