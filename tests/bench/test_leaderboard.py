@@ -67,11 +67,11 @@ def cells(table: str) -> dict[str, dict[str, str]]:
 def test_the_better_one_leads_and_the_best_of_each_column_is_bold(tmp_path: Path) -> None:
     found = cells(leaderboard(run_in(tmp_path / "run")))
     assert list(found) == ["good", "poor"]
-    assert found["good"]["Axis angle, deg"] == "**0.01**"
-    assert found["poor"]["Axis angle, deg"] == "0.2"
-    assert found["poor"]["False calls"] == "**0**"
-    assert found["good"]["Coverage, %"] == "**90.0**"
-    assert found["poor"]["Coverage, %"] == "88.5"  # the case without a result covers nothing
+    assert found["good"]["Axis angle, median deg"] == "**0.01**"
+    assert found["poor"]["Axis angle, median deg"] == "0.2"
+    assert found["poor"]["False calls, mean"] == "**0**"
+    assert found["good"]["Coverage, mean %"] == "**90.0**"
+    assert found["poor"]["Coverage, mean %"] == "88.5"  # the case without a result covers nothing
     assert (found["poor"]["failed"], found["good"]["failed"]) == ("1", "0")
     a50, a90, bound = (float(found["good"][f"{name}, mm"].strip("*")) for name in ("a50", "a90", "a90/95"))
     assert math.isclose(a50, 0.5, rel_tol=0.25)
