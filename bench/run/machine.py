@@ -23,7 +23,7 @@ _SAID = re.compile(r"(?m)^(?:[\w.]+: \[Errno (?P<code>\d+)\] (?P<reason>.*)|(?:[
 def said_of_the_machine(failure: Failure) -> str:
     """What of the machine made a failure that was recorded before such were told apart; else empty.
 
-    Until burrscan 0.2 a full disk was recorded as if the method had failed.
+    Older versions recorded a full disk as if the method had failed.
     """
     for said in _SAID.finditer(f"{failure.error}\n{failure.traceback}"):
         if said["code"] is None:
