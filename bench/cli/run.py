@@ -105,9 +105,9 @@ def _print(run: Run) -> None:
 
 def _document(run: Run) -> dict[str, Any]:
     """The tables as data, units as in the records."""
-    from bench.score.goals import goal_rows
     from bench.score.metrics import HEADLINE, metric_named
-    from bench.score.summary import score_table, typical
+    from bench.summary.goals import goal_rows
+    from bench.summary.table import score_table, typical
 
     names, by = run.suite.metrics or HEADLINE, run.suite.divided_by
     metrics = {

@@ -20,8 +20,8 @@ from burrscan.arrays import Image, freeze
 from burrscan.captures.gray_folder import numbered_pictures
 from burrscan.captures.noise import joined, noise_of, of_steps
 from burrscan.captures.png import check_depth, read_grey
-from burrscan.codes.multifrequency import climb
 from burrscan.codes.phase import Phase, decode_phase
+from burrscan.codes.unwrapping import climb
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 from burrscan.documents import STRICT, build, read_json

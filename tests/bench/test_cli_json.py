@@ -16,7 +16,7 @@ from bench.cli.program import parser
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
 from burrscan.ply import write_ply
-from burrscan.scan.fixed import scan_fixed
+from burrscan.scan.rivals.fixed import scan_fixed
 from scenes.wheel import build_wheel, load_wheel
 from tests.bench.compare_runs import written_run
 from tests.burrscan.instrument import Instrument, small_rig

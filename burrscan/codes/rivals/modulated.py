@@ -14,7 +14,8 @@ import numpy as np
 from burrscan.arrays import Floats, Image
 from burrscan.codes.code import Code
 from burrscan.codes.phase import Phase, decode_phase, encode_phase
-from burrscan.codes.rivals.multifrequency import accept, longest_px, refine, start
+from burrscan.codes.rivals.multifrequency import longest_px, start
+from burrscan.codes.unwrapping import accept, refine
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 
