@@ -44,7 +44,7 @@ def _run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         written_run(folder / "run")
 
     monkeypatch.setattr("bench.run.runner.run_suite", quick)
-    monkeypatch.setattr("bench.run.cost_model.update", lambda *_, **__: None)
+    monkeypatch.setattr("bench.run.cost_model.update_cost_model", lambda *_, **__: None)
     return ["run", "quick", "--out", str(folder / "run")]
 
 
