@@ -18,6 +18,7 @@ from scenes.light import Light, stock_light
 from scenes.renderer import activate
 from scenes.scanner import SimulatedScanner
 from scenes.scene import SceneSpec, content_hash
+from scenes.stores import Store
 from scenes.surface.parts import SurfacePart, surface_parts, zone_ends_mm
 from scenes.transport.hits import Hits, centre_hits
 from scenes.transport.optics import Optics
@@ -55,7 +56,7 @@ class Simulation:
 
 
 def simulate(
-    scene: SceneSpec, *, identity: tuple[int, ...] = (0,), cache_dir: Path | None = None
+    scene: SceneSpec, *, identity: tuple[int, ...] = (0,), cache_dir: Path | Store | None = None
 ) -> Simulation:
     """Build a scene, trace its light once, and gather the truth.
 
@@ -121,7 +122,7 @@ def _light(
     optics: Optics,
     scene: SceneSpec,
     band: Channels,
-    cache_dir: Path | None,
+    cache_dir: Path | Store | None,
 ) -> tuple[Light, Hits]:
     render = scene.render
     bare = mi.load_dict({"type": "scene", **shapes})

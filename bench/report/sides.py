@@ -38,11 +38,11 @@ class Side:
 
     def truth(self, case: str) -> Arrays:
         """The true maps of a case; nothing where none were kept."""
-        return load(self.run.directory.case(case) / "truth.npz")
+        return load(self.run.artefact(case, "truth.npz"))
 
     def found(self, case: str) -> Arrays:
         """The pictures and maps of a case; nothing where none were kept."""
-        return load(self.run.directory.case(case) / f"{self.variant}.npz")
+        return load(self.run.artefact(case, f"{self.variant}.npz"))
 
 
 @dataclass(frozen=True)

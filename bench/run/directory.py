@@ -20,6 +20,7 @@ from bench.suites.suite import Suite, suite_from
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
 from burrscan.files import written_whole
+from scenes.stores import Store
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,20 @@ class Run:
     manifest: Mapping[str, Any]
     records: tuple[Record, ...]
 
+    def artefact(self, case_id: str, name: str) -> Path:
+        """A file of a case's pictures and maps; one that a cluster's workers left in a store is fetched first.
+
+        It may not be there afterwards: a report shows what there is.
+        """
+        path = self.directory.case(case_id) / name
+        store = self.manifest.get("store")
+        if store and not path.exists():
+            with suppress(Exception):  # every kind of store has errors of its own
+                content = Store(store).read(f"{case_id}/{name}")
+                with written_whole(path) as beside:
+                    beside.write_bytes(content)
+        return path
+
     @property
     def obstructed(self) -> dict[str, str]:
         """Cases whose recorded failure is the machine's, as old versions recorded it, to what it was."""
@@ -128,7 +143,13 @@ def write_manifest(directory: RunDirectory, manifest: Mapping[str, Any]) -> None
 
 
 def describe_run(
-    suite: Suite, cases: Sequence[Case], *, seed: int, only: str = "*", metrics: Mapping[str, Any]
+    suite: Suite,
+    cases: Sequence[Case],
+    *,
+    seed: int,
+    only: str = "*",
+    metrics: Mapping[str, Any],
+    shard: str | None = None,
 ) -> dict[str, Any]:
     """The part of the manifest that says what is run; two runs of one seed agree in it."""
     listed = [
@@ -149,6 +170,7 @@ def describe_run(
         "only": only,
         "metrics": metrics,
         "cases": listed,
+        **({"shard": shard} if shard else {}),
     }
 
 

@@ -114,6 +114,8 @@ class ManifestForm:
     cases: tuple[CaseForm, ...]
     sessions: tuple[SessionForm, ...]
     accepted: AcceptedForm | None = None
+    shard: Annotated[str, Field(pattern=r"^[1-9]\d*/[1-9]\d*$")] | None = None
+    store: str | None = None
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,10 @@ class Job:
         What cases are made of.
     budgeted
         Names of the variants of which is found out where their errors come from.
+    transports
+        Address of the store of traced light; empty for the worker's own folder, ``off`` for none.
+    kept_at
+        Address at which a cluster's workers leave pictures; empty where they come back with the records.
 
     """
 
@@ -33,3 +37,5 @@ class Job:
     own_metrics: tuple[str, ...] = ()
     source: Source = "scene"
     budgeted: tuple[str, ...] = ()
+    transports: str = ""
+    kept_at: str = ""

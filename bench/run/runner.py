@@ -5,17 +5,19 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bench.run.crew import Crew, Died, Obstructed
+from bench.run.crew import Died, Obstructed
 from bench.run.directory import Run, RunDirectory, describe_run, load_run, write_manifest
+from bench.run.engine import Engine, Examine, Local, Outcomes
 from bench.run.examine import examine
 from bench.run.job import Job
 from bench.run.provenance import session
 from bench.run.records import Record, append
+from bench.run.shard import Shard
 from bench.run.tables import write_tables
 from bench.score.metrics import METRICS, metric_named, own_metrics
 from bench.suites.case import Case
@@ -23,18 +25,20 @@ from bench.suites.cases import chosen, expand
 from bench.suites.suite import Suite
 from burrscan.errors import InputError
 from burrscan.files import written_whole
-from scenes.renderer import choose, usable_cores
+from scenes.stores import Store
+from scenes.transport.store import NOWHERE, default_folder
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: cases done, in all, and done before this sitting; failed records; the last case."""
+    """How far a run is: cases done, in all, and done before this sitting; failed records; the last case; workers."""
 
     done: int
     total: int
     before: int
     failed: int
     case: str = ""
+    workers: int = 0
 
     @classmethod
     def of(cls, run: Run) -> Progress:
@@ -43,14 +47,13 @@ class Progress:
         failed = sum(record.failure is not None for record in run.records)
         return cls(done=done, total=len(run.manifest["cases"]), before=done, failed=failed)
 
-    def after(self, case: Case, records: Sequence[Record]) -> Progress:
+    def after(self, case: Case, records: Sequence[Record], *, workers: int) -> Progress:
         """Where it stands after one more case."""
         failed = self.failed + sum(record.failure is not None for record in records)
-        return replace(self, done=self.done + 1, failed=failed, case=case.id)
+        return replace(self, done=self.done + 1, failed=failed, case=case.id, workers=workers)
 
 
 _LOG = logging.getLogger("burrscan.run")
-Examine = Callable[[Job, Case], list[Record]]
 
 
 def run_suite(
@@ -60,6 +63,9 @@ def run_suite(
     workers: int | None = None,
     seed: int = 0,
     only: str = "*",
+    shard: Shard | None = None,
+    engine: Engine | None = None,
+    store: str = "",
     progress: Callable[[Progress], None] = lambda _: None,
     examine_case: Examine = examine,
 ) -> Path:
@@ -74,11 +80,18 @@ def run_suite(
     out_dir
         The run directory, new or of an unfinished run of the same suite and seed.
     workers
-        Processes; by default one per core. Records do not depend on it.
+        Processes of this machine; by default one per core. Records do not depend on it.
     seed
         Another seed makes another realisation of the whole suite.
     only
         Pattern of the cases to run, such as ``finish=turned,*``; records are those of the whole suite's run.
+    shard
+        Run only this part of the cases; :func:`bench.run.gather.gather` puts the parts together.
+    engine
+        Who does the work instead of this machine's processes. Records do not depend on it.
+    store
+        Address at which the engine's workers leave pictures and traced light; empty: pictures come back with
+        the records, light stays where it was traced.
     progress
         Called when the run starts and after every case.
     examine_case
@@ -98,27 +111,41 @@ def run_suite(
 
     """
     cases = chosen(expand(suite, seed=seed), only)
-    count = max(1, min(workers or usable_cores(), len(cases)))
-    threads = max(1, usable_cores() // count)
+    cases = shard.part(cases) if shard else cases
     directory = RunDirectory(out_dir)
     _refuse_foreign(directory)
-    sitting = session(workers=count, threads=threads, renderer=choose().variant)
-    asked = describe_run(suite, cases, seed=seed, only=only, metrics=_definitions(suite))
+    engine = engine or Local(workers)
+    asked = describe_run(
+        suite, cases, seed=seed, only=only, metrics=_definitions(suite), shard=str(shard) if shard else None
+    )
+    kept_at = Store(store).under(f"runs/{out_dir.resolve().name}-{asked['suite_hash'][:8]}-{seed}") if store else None
     with directory.locked():
-        _open(directory, asked, sitting)
+        _open(directory, asked, engine, store=kept_at.address if kept_at else None)
         remaining = _settle(directory, cases, len(suite.variant))
-        job = Job(suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted)
-        task = partial(examine_case, job)
-        crew = Crew(task, remaining, workers=count, threads=threads)
-        lost = _collect(crew, directory, Progress.of(load_run(out_dir)), progress)
+        job = Job(
+            suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted,
+            transports=_transports(store), kept_at=kept_at.address if kept_at else "",
+        )  # fmt: skip
+        lost = []
+        if remaining:
+            outcomes = engine.outcomes(job, examine_case, remaining)
+            lost = _collect(outcomes, engine, directory, Progress.of(load_run(out_dir)), progress)
         write_tables(load_run(out_dir))
     if lost:
         raise InputError(f"{lost[0]}{_again(out_dir, cases=len(lost))}")
     return out_dir
 
 
+def _transports(store: str) -> str:
+    """Where workers keep traced light: who said to keep none is believed everywhere."""
+    if not store:
+        return ""
+    return NOWHERE if default_folder() is None else Store(store).under("transports").address
+
+
 def _collect(
-    crew: Crew[Case, list[Record]],
+    outcomes: Outcomes,
+    engine: Engine,
     directory: RunDirectory,
     state: Progress,
     progress: Callable[[Progress], None],
@@ -127,13 +154,14 @@ def _collect(
     progress(state)
     lost = []
     try:
-        for case, result in crew.results():
-            if isinstance(result, Died):
-                lost.append(f"{case.id}: {result.reason}")
-                continue
-            append(directory.records, result)
-            state = state.after(case, result)
-            progress(state)
+        with closing(outcomes):
+            for case, result in outcomes:
+                if isinstance(result, Died):
+                    lost.append(f"{case.id}: {result.reason}")
+                    continue
+                append(directory.records, result)
+                state = state.after(case, result, workers=engine.workers)
+                progress(state)
     except Obstructed as error:
         raise InputError(f"{error}{_again(directory.path)}") from error
     return lost
@@ -145,15 +173,18 @@ def _again(out_dir: Path, *, cases: int = 0) -> str:
     return f"{what}. When that is mended: burrscan run --resume --out {out_dir}"
 
 
-def _open(directory: RunDirectory, asked: dict[str, Any], sitting: dict[str, Any]) -> None:
+def _open(directory: RunDirectory, asked: dict[str, Any], engine: Engine, *, store: str | None) -> None:
     """Write the manifest, or check that the one there asks for the same and add this sitting."""
-    if not directory.manifest.exists():
-        write_manifest(directory, {**asked, "sessions": [sitting]})
-        return
-    run = load_run(directory.path)
-    _refuse_another(run, asked)
-    _warn_of_other_code(run.manifest["sessions"][-1], sitting)
-    write_manifest(directory, {**run.manifest, "sessions": [*run.manifest["sessions"], sitting]})
+    run = load_run(directory.path) if directory.manifest.exists() else None
+    if run:
+        _refuse_another(run, asked)
+    hands = engine.hands(len(asked["cases"]))
+    sitting = session(workers=hands.workers, threads=hands.threads, renderer=hands.renderer) | hands.more
+    before = dict(run.manifest) if run else {**asked, "sessions": []}
+    if run:
+        _warn_of_other_code(before["sessions"][-1], sitting)
+    where = {"store": store} if store else {}
+    write_manifest(directory, {**before, **where, "sessions": [*before["sessions"], sitting]})
 
 
 def _refuse_foreign(directory: RunDirectory) -> None:

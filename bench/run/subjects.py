@@ -24,8 +24,9 @@ from burrscan.pipeline import Pipeline, inspect_surface, run
 from scenes.bound import Bounds, WatchedScanner, bounds_of
 from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
+from scenes.stores import Store
 from scenes.transport.matrix import LightTransport
-from scenes.transport.store import default_folder
+from scenes.transport.store import NOWHERE, default_folder
 from scenes.wheel import TrueBurr
 
 
@@ -55,19 +56,19 @@ class Look:
 Subject = Callable[[Pipeline], Look]
 
 
-def scene_subject(case: Case, folder: Path) -> Subject:
-    """Simulate a scene once; its truth goes to the case's folder."""
+def scene_subject(case: Case, folder: Path, transports: str = "") -> Subject:
+    """Simulate a scene once; its truth goes to the case's folder, its light to ``transports`` (as in a job)."""
     simulation = simulate(
         scene_from(case.document, source=case.id),
         identity=entropy(case.identity),
-        cache_dir=default_folder(),
+        cache_dir=_place(transports),
     )
     save_truth(folder, simulation.truth)
     return lambda pipeline: _scan(simulation, pipeline)
 
 
-def mesh_subject(case: Case, folder: Path) -> Subject:
-    """Make a synthetic mesh once; its truth goes to the case's folder."""
+def mesh_subject(case: Case, folder: Path, _transports: str = "") -> Subject:
+    """Make a synthetic mesh once; its truth goes to the case's folder. It needs no light."""
     start = time.perf_counter()
     spec = mesh_from(case.document, source=case.id)
     scan = scanned(spec, identity=entropy(case.identity))
@@ -93,8 +94,14 @@ def mesh_subject(case: Case, folder: Path) -> Subject:
     return look
 
 
-SUBJECTS: dict[Source, Callable[[Case, Path], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
+SUBJECTS: dict[Source, Callable[[Case, Path, str], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
 """By a suite's source, how a case is made."""
+
+
+def _place(transports: str) -> Path | Store | None:
+    if transports == NOWHERE:
+        return None
+    return Store(transports) if transports else default_folder()
 
 
 def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
