@@ -16,6 +16,8 @@ from bench.cli.signals import Terminated
 
 if TYPE_CHECKING:
     from bench.run import Run
+    from bench.run.engine import Engine
+    from bench.suites.suite import Suite
 
 RUNS = Path("reports/runs")
 """Where run directories go by default, below the current directory."""
@@ -35,7 +37,9 @@ _EXAMPLES = """\
   burrscan run quick
   burrscan run my/suite.toml --out runs/first --workers 2
   burrscan run quick --case 'finish=turned,burr.height_mm=2,seed=1'
-  burrscan run --resume               finish the run that was interrupted last"""
+  burrscan run --resume               finish the run that was interrupted last
+  burrscan run quick --scheduler tcp://10.0.0.5:8786
+  burrscan run standard --shard 3/16 --out runs/part-3"""
 
 
 def add(commands: Commands) -> None:
@@ -58,10 +62,26 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("--case", metavar="PATTERN", help="only these cases, such as 'finish=turned,*'")
     add_json(parser, "scores, goals and failures")
+    parser.add_argument(
+        "--shard", metavar="I/N", help="only every N-th case from the I-th on; 'burrscan gather' joins shards"
+    )
     add_trust(parser, "the run directory to resume")
     parser.add_argument(
         "--resume", action="store_true", help="finish the newest unfinished run, or that in --out"
     )
+    cluster = parser.add_argument_group("on a Dask cluster that is there already (docs/cluster.md)")
+    cluster.add_argument(
+        "--scheduler", metavar="ADDRESS|FILE", help="hand the cases to this scheduler's workers"
+    )
+    cluster.add_argument(
+        "--store", metavar="ADDRESS",
+        help="folder or fsspec address where workers leave pictures and traced light (default: pictures come "
+        "back with the records)",
+    )  # fmt: skip
+    cluster.add_argument(
+        "--resources", metavar="NAME=N", nargs="+", default=[],
+        help="what a case takes of its worker; GPU=1 renders with CUDA on workers that offer it",
+    )  # fmt: skip
 
 
 def main(given: argparse.Namespace) -> int:
@@ -169,28 +189,66 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
     from bench.run.costs import estimate, known_costs
     from bench.run.directory import load_run
     from bench.run.runner import run_suite
+    from bench.run.shard import Shard
     from bench.suites.cases import chosen, expand
     from bench.suites.catalogue import load_suite
-    from scenes.renderer import usable_cores
     from scenes.transport.store import default_folder
 
     begun = load_run(out_dir) if given.resume else None
     suite = load_suite(given.suite) if given.suite or begun is None else begun.suite
-    usual = (begun.seed, begun.manifest["only"]) if begun else (0, "*")
     if begun and not given.suite:
         _refuse_code(begun, trusted=given.trust)
+    usual = (begun.seed, begun.manifest["only"], begun.manifest.get("shard")) if begun else (0, "*", None)
     seed = usual[0] if given.seed is None else given.seed
-    only = given.case or usual[1]
+    only, shard = given.case or usual[1], given.shard or usual[2]
+    part = Shard.parse(shard) if shard else None
+    engine = _engine(given, suite)
+    cases = chosen(expand(suite, seed=seed), only)
     done = {record.case for record in begun.records} - begun.obstructed.keys() if begun else set()
-    cases = [case for case in chosen(expand(suite, seed=seed), only) if case.id not in done]
-    workers = given.workers or usable_cores()
+    cases = tuple(case for case in (part.part(cases) if part else cases) if case.id not in done)
+    workers = max(1, engine.hands(len(cases)).workers)
     print(estimate(suite, cases, known_costs(default_folder()), workers=workers), file=sys.stderr, flush=True)
     start = time.monotonic()
     with shown(suite.name) as progress:
-        run_suite(suite, out_dir, workers=workers, seed=seed, only=only, progress=progress)
-    update_cost_model(
-        default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers
-    )
+        run_suite(
+            suite, out_dir, seed=seed, only=only, shard=part, progress=progress,
+            engine=engine, store=_store(given, begun),
+        )  # fmt: skip
+    if not given.scheduler:  # other machines teach nothing of this one
+        update_cost_model(
+            default_folder(), load_run(out_dir), cases, wall_s=time.monotonic() - start, workers=workers
+        )
+
+
+def _engine(given: argparse.Namespace, suite: Suite) -> Engine:
+    """This machine's processes, or the cluster that is named."""
+    from bench.cli.output import note
+    from bench.run.engine import Local
+    from burrscan.errors import InputError
+    from scenes.stores import EXTRA
+
+    if not given.scheduler:
+        if given.store or given.resources:
+            raise InputError("--store and --resources are for workers of a cluster; name its --scheduler")
+        return Local(given.workers)
+    if given.workers:
+        raise InputError("--workers are this machine's; a scheduler has those that are started for it")
+    try:
+        from bench.cluster.engine import Dask, resources_from
+    except ImportError as error:
+        raise InputError(f"--scheduler needs Dask ({error}); {EXTRA}") from error
+    return Dask(given.scheduler, suite, resources=resources_from(given.resources), say=note)
+
+
+def _store(given: argparse.Namespace, begun: Run | None) -> str:
+    """The address of the store: the one named, tried out, or that of the run to resume."""
+    from scenes.stores import Store
+
+    if given.store:
+        address = given.store if "://" in given.store else str(Path(given.store).absolute())
+        return Store(address).checked().address
+    before = str(begun.manifest.get("store") or "") if begun and given.scheduler else ""
+    return before.rpartition("/runs/")[0]
 
 
 def _refuse_code(run: Run, *, trusted: bool) -> None:

@@ -23,7 +23,9 @@ from scenes.renderer import THREADS_VARIABLE
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""What BLAS reads when it is loaded."""
+
 _ATTEMPTS = 2
 _PATIENCE_S = 5.0
 
@@ -189,7 +191,7 @@ def _no_interrupt() -> Iterator[None]:
 @contextmanager
 def _environment(threads: int) -> Iterator[None]:
     """Set the thread limits that libraries read when they are first imported."""
-    limits = dict.fromkeys(_SINGLE_THREADED, "1")
+    limits = dict.fromkeys(SINGLE_THREADED, "1")
     limits |= {"NUMBA_NUM_THREADS": str(threads), THREADS_VARIABLE: str(threads)}
     before = {name: os.environ.get(name) for name in limits}
     os.environ.update(limits)

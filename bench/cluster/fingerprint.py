@@ -1,0 +1,92 @@
+"""What driver and workers must agree in, so that a record does not depend on who made it."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from bench.run.provenance import versions
+from bench.score.metrics import METRICS
+from bench.suites.suite import Suite, Variant
+from bench.suites.variants import stages_of
+from scenes.renderer import choose
+
+Fingerprint = Mapping[str, str]
+"""What it is about, to what it is."""
+
+_PACKAGES = ("burrscan", "scenes", "bench")
+
+
+def fingerprint(modules: Sequence[str], *, renders: bool) -> dict[str, str]:
+    """Of this process.
+
+    Parameters
+    ----------
+    modules
+        Modules of the user's own that a run names.
+    renders
+        Whether the run renders, so that the renderer counts.
+
+    """
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {
+        "python": python,
+        **versions(),
+        "metrics": _digest(f"{name} {METRICS[name].version}\n".encode() for name in sorted(METRICS)),
+        "burrscan's code": _digest(_sources()),
+        **{f"module {name}": _module(name) for name in modules},
+        **({"renderer": choose().variant} if renders else {}),
+    }
+
+
+def modules_of(suite: Suite) -> tuple[str, ...]:
+    """The modules that a suite names beside burrscan's own: of metrics and of stages, ``module:attribute``."""
+    named = [*suite.metrics, *(method for variant in suite.variant for method in _methods(variant))]
+    return tuple(sorted({name.partition(":")[0] for name in named if ":" in name}))
+
+
+def difference(expected: Fingerprint, here: Fingerprint) -> str:
+    """What makes ``here`` another than ``expected``, in words; empty where nothing does."""
+    parts = [
+        f"{what} {here.get(what, 'none')} (the run: {wanted})"
+        for what, wanted in expected.items()
+        if here.get(what) != wanted
+    ]
+    return f"it has {', '.join(parts)}" if parts else ""
+
+
+def _methods(variant: Variant) -> Iterator[str]:
+    stages = stages_of(variant)
+    for kind in ("scan", "axis", "generatrix", "burrs"):
+        stage = getattr(stages, kind)
+        yield stage.method
+        yield from (value for value in stage.parameters.values() if isinstance(value, str))
+
+
+def _sources() -> Iterator[bytes]:
+    for package in _PACKAGES:
+        root = Path(str(importlib.import_module(package).__file__)).parent
+        for path in sorted(root.rglob("*.py")):
+            yield f"{package}/{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes()
+
+
+def _module(name: str) -> str:
+    """A module's text as a digest; it is not run for that, only the packages above it are."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except ImportError:
+        return "none"
+    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
+        return "none"
+    return _digest([Path(spec.origin).read_bytes()])
+
+
+def _digest(parts: Iterator[bytes] | Sequence[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return digest.hexdigest()[:12]
