@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import contextlib
 import hashlib
 import json
@@ -95,7 +97,7 @@ class Sitting:
         self._takes = {self._name: 1, **resources}
         self._events: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._out: dict[str, tuple[Case, Future]] = {}
-        self._accepted: set[str] = set()
+        self._accepted: dict[str, str] = {}  # address to the process's own id: ports are used again
         self._refused: dict[str, str] = {}
         self._counted = -_COUNT_EVERY_S
         self.workers = 0
@@ -143,8 +145,11 @@ class Sitting:
         here = self._client.nthreads().keys()
         if not here:
             self._say("note: no worker yet; cases wait for one (dask worker ADDRESS)")
-        with contextlib.suppress(queue.Empty):  # they have spoken by now; their words are under way
-            while here - self._accepted - self._refused.keys():
+        said = {words["worker"]: words for _, words in self._client.get_events(self._name)}  # the last of each
+        for address in here & said.keys():  # to these the subscription may have come too late
+            self._meet(said[address])
+        with contextlib.suppress(queue.Empty):  # the others' words are under way
+            while here - self._accepted.keys() - self._refused.keys():
                 self._meet(self._events.get(timeout=_HEARD_WITHIN_S)[1])
 
     def _hear(self, event: tuple[float, Mapping[str, str]]) -> None:
@@ -176,26 +181,37 @@ class Sitting:
         if self._client.status != "running":
             raise Lost
         self._count()
-        done = []
-        try:
-            what, subject = self._events.get(timeout=_LISTEN_S)
-            while True:
-                if what == "worker":
-                    self._meet(subject)
-                elif subject in self._out:
-                    done.append(subject)
-                if len(done) >= _BATCH:
-                    break
-                what, subject = self._events.get_nowait()
-        except queue.Empty:
-            pass
-        yield from self._receive(done)
+        done: list[str] = []
+        for what, subject in self._heard():
+            if what == "worker":
+                self._meet(subject)
+            elif what == "done":
+                done.append(subject)
+            else:
+                yield from self._receive(*subject)
+        self._fetch([key for key in done if key in self._out])
+
+    def _heard(self) -> Iterator[tuple[str, Any]]:
+        """What happened meanwhile, or soon does; no more than one batch at a time."""
+        with contextlib.suppress(queue.Empty):
+            yield self._events.get(timeout=_LISTEN_S)
+            for _ in range(_BATCH - 1):
+                yield self._events.get_nowait()
+
+    def _fetch(self, keys: Sequence[str]) -> None:
+        """Ask for what came of cases, without waiting: a worker may die with it, and others must be heard."""
+        if not keys:
+            return
+        wanted = {key: self._out[key][1] for key in keys}
+        asked = self._client.gather(wanted, errors="skip", asynchronous=True)
+        coming = asyncio.run_coroutine_threadsafe(asked, self._client.loop.asyncio_loop)
+        coming.add_done_callback(lambda found: self._events.put(("parcels", (wanted, found))))
 
     def _count(self) -> None:
         if time.monotonic() - self._counted < _COUNT_EVERY_S:
             return
         here = self._client.nthreads()
-        self.workers = len(self._accepted & here.keys())
+        self.workers = len(self._accepted.keys() & here.keys())
         self._counted = time.monotonic()
         if here and not here.keys() - self._refused.keys():
             raise Obstructed(f"every worker is refused: {next(iter(self._refused.values()))}")
@@ -208,9 +224,12 @@ class Sitting:
                 self._refused[address] = f"worker {said['name']} ({address}): {said['refused']}"
                 self._say(f"note: refused: {self._refused[address]}")
             return
-        others = self._accepted - {address}
-        self._accepted.add(address)
-        if not others & self._client.nthreads().keys():
+        self._refused.pop(address, None)
+        if self._accepted.get(address) == said["id"]:  # vetted again, for another run
+            return
+        others = self._accepted.keys() - {address}
+        self._accepted[address] = said["id"]
+        if self._out and not others & self._client.nthreads().keys():
             self._resubmit()
 
     def _resubmit(self) -> None:
@@ -222,30 +241,25 @@ class Sitting:
         for case in cases:
             self._submit(case)
 
-    def _receive(self, keys: Sequence[str]) -> Iterator[Outcome]:
-        ended = [(key, *self._out[key]) for key in keys]
-        whole = [future for _, _, future in ended if future.status == "finished"]
-        parcels = dict(zip([future.key for future in whole], self._gathered(whole), strict=True))
-        for key, case, future in ended:
-            if future.status == "cancelled" and self._client.status != "running":
-                raise Lost
-            self._out.pop(key)
-            if key in parcels:
-                self._unpack(parcels[key], case)
-                yield case, list(parcels[key].records)
+    def _receive(
+        self, wanted: Mapping[str, Future], coming: concurrent.futures.Future[dict[str, Parcel | None]]
+    ) -> Iterator[Outcome]:
+        """What was fetched; what was not is looked into."""
+        fetched = {} if coming.cancelled() or coming.exception() else coming.result()
+        if not fetched and self._client.status != "running":
+            raise Lost
+        for key, future in wanted.items():
+            case, current = self._out.get(key, (None, None))
+            if case is None or current is not future:  # it went out anew meanwhile
+                continue
+            del self._out[key]
+            if parcel := fetched.get(key):
+                self._unpack(parcel, case)
+                yield case, list(parcel.records)
             elif future.status == "error":
                 yield from self._failed(case, future.exception())
-            else:  # somebody restarted the cluster
-                self._todo.waiting.append(case)
-
-    def _gathered(self, futures: Sequence[Future]) -> Sequence[Parcel]:
-        try:
-            found: Sequence[Parcel] = self._client.gather(list(futures))
-        except Exception as error:
-            if self._client.status != "running":
-                raise Lost from error
-            raise
-        return found
+            else:  # its worker died with it, or somebody restarted the cluster
+                self._submit(case)
 
     def _unpack(self, parcel: Parcel, case: Case) -> None:
         try:

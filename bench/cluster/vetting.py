@@ -50,7 +50,7 @@ class Vetting(WorkerPlugin):
         reason = reason or await asyncio.to_thread(self._differs, worker.state.nthreads)
         if not reason:
             await worker.set_resources(**{self.name: 1})
-        said = {"worker": worker.address, "name": str(worker.name), "refused": reason}
+        said = {"worker": worker.address, "id": worker.id, "name": str(worker.name), "refused": reason}
         worker.log_event(self.name, said)
 
     def _lacks(self, offered: Mapping[str, float]) -> str:

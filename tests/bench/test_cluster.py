@@ -1,0 +1,203 @@
+"""Runs on a cluster: the same records as on one machine, whoever is killed; strangers are refused by name."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from bench.cluster.engine import Dask, resources_from
+from bench.run.directory import load_run
+from bench.run.runner import Progress, run_suite
+from burrscan.errors import InputError
+from tests.bench.cluster_lab import FAKES, Cluster, content, small_suite, until
+
+
+@pytest.fixture(scope="module")
+def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    """A module of stand-ins that workers can import."""
+    folder = tmp_path_factory.mktemp("fakes")
+    name = f"cluster_fakes_{os.getpid()}"
+    (folder / f"{name}.py").write_text(FAKES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        yield __import__(name)
+
+
+@pytest.fixture(scope="module")
+def alone(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run as one machine makes it."""
+    out = tmp_path_factory.mktemp("alone") / "r"
+    return run_suite(small_suite(), out, workers=1, examine_case=fakes.good)
+
+
+@pytest.fixture(scope="module")
+def processes(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"), (Path(str(fakes.__file__)).parent,))
+    yield cluster
+    cluster.close()
+
+
+@pytest.fixture
+def cluster(processes: Cluster) -> Cluster:
+    """A scheduler and a worker at least."""
+    processes.complete()
+    return processes
+
+
+def engine(cluster: Cluster, said: list[str] | None = None) -> Dask:
+    return Dask(str(cluster.file), small_suite(), say=(said if said is not None else []).append)
+
+
+def test_a_worker_is_killed_and_a_late_one_goes_on(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    killed: list[int] = []
+
+    def kill(state: Progress) -> None:
+        if state.done == 3 and not killed:
+            killed.extend(worker.pid for worker in cluster.workers)
+            cluster.stop(list(cluster.workers))
+            cluster.start_worker("--no-nanny")
+
+    run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), progress=kill, examine_case=fakes.slow)
+    assert killed
+    assert content(tmp_path / "r") == content(alone)
+
+
+def test_the_scheduler_is_killed_and_another_goes_on(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    said: list[str] = []
+
+    def kill(state: Progress) -> None:
+        if state.done == 3 and not any("is gone" in line for line in said):
+            assert cluster.scheduler
+            cluster.stop([cluster.scheduler])
+            cluster.complete()
+
+    run_suite(small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=kill, examine_case=fakes.slow)
+    assert any("is gone" in line for line in said)
+    assert content(tmp_path / "r") == content(alone)
+
+
+def test_a_scheduler_that_stays_away_ends_the_run_which_is_resumed(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    def kill(state: Progress) -> None:
+        if state.done == 3:
+            assert cluster.scheduler
+            cluster.stop([cluster.scheduler])
+
+    impatient = Dask(str(cluster.file), small_suite(), patience_s=0.5, say=lambda _: None)
+    with pytest.raises(InputError, match=r"no Dask scheduler answers.*--resume"):
+        run_suite(small_suite(), tmp_path / "r", engine=impatient, progress=kill, examine_case=fakes.slow)
+    assert 0 < load_run(tmp_path / "r").missing < 24
+    run_suite(small_suite(), tmp_path / "r", workers=1, examine_case=fakes.good)
+    assert content(tmp_path / "r") == content(alone)
+
+
+DRIVER = """
+import json, sys
+from pathlib import Path
+from bench.cluster.engine import Dask
+from bench.run.runner import run_suite
+from bench.suites.suite import suite_from
+
+suite = suite_from(json.loads(sys.argv[3]), source="test")
+fakes = __import__(sys.argv[4])
+run_suite(suite, Path(sys.argv[1]), engine=Dask(sys.argv[2], suite), examine_case=fakes.slow)
+"""
+
+
+def test_the_driver_is_killed_and_another_resumes(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "r"
+    asked = [str(out), str(cluster.file), json.dumps(small_suite().document()), fakes.__name__]
+    path = os.pathsep.join([*map(str, cluster.path), *sys.path])
+    driver = subprocess.Popen(  # noqa: S603 (our own interpreter)
+        [sys.executable, "-c", DRIVER, *asked], env={**os.environ, "PYTHONPATH": path}
+    )
+    lines = out / "records.jsonl"
+    until(lambda: lines.exists() and len(lines.read_bytes()) > 500, "the run did not start")
+    driver.kill()
+    driver.wait()
+    assert 0 < load_run(out).missing < 24
+    run_suite(small_suite(), out, engine=engine(cluster), examine_case=fakes.good)
+    assert content(out) == content(alone)
+    assert len(load_run(out).manifest["sessions"]) == 2
+
+
+def test_a_case_that_kills_is_named_and_the_others_are_done(fakes: ModuleType, tmp_path: Path) -> None:
+    cluster = Cluster(tmp_path, (Path(str(fakes.__file__)).parent,))
+    out = tmp_path / "r"
+    try:
+        cluster.start_scheduler(DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
+        cluster.start_worker()  # with a nanny, which starts it anew
+        with pytest.raises(InputError, match=r"^seed=3: its workers died .*; 1 case\(s\) have no record.*--resume"):
+            run_suite(small_suite(6), out, engine=engine(cluster), examine_case=fakes.deadly)
+    finally:
+        cluster.close()
+    assert load_run(out).missing == 2
+    assert not any(record.failure for record in load_run(out).records)
+
+
+def test_a_worker_with_another_mitsuba_is_refused_by_name(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "mitsuba-0.0.1.dist-info"
+    other.mkdir()
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: mitsuba\nVersion: 0.0.1\n")
+    path = os.pathsep.join(map(str, (tmp_path, *cluster.path, *sys.path)))
+    odd = cluster.start_worker("--no-nanny", "--name", "stranger", PYTHONPATH=path)
+    said: list[str] = []
+    waited: list[Progress] = []
+
+    def wait(state: Progress) -> None:
+        waited.append(state)
+
+    try:
+        until(lambda: b"stranger" in (cluster.folder / "scheduler.log").read_bytes(), "the stranger stayed away")
+        run_suite(small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=wait, examine_case=fakes.good)
+    finally:
+        cluster.stop([odd])
+    assert content(tmp_path / "r") == content(alone)
+    (line,) = (line for line in said if "refused" in line)
+    assert re.search(r"worker stranger \(tcp://.*mitsuba 0\.0\.1 \(the run: \d", line)
+    assert waited[-1].workers == 1
+
+
+def test_a_full_disk_on_a_worker_is_no_result(cluster: Cluster, fakes: ModuleType, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"No space left on device.*--resume"):
+        run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), examine_case=fakes.full_disk)
+    assert load_run(tmp_path / "r").missing == 24
+
+
+def test_a_resource_that_no_worker_offers_is_asked_for_by_name(
+    cluster: Cluster, fakes: ModuleType, tmp_path: Path
+) -> None:
+    asked = Dask(str(cluster.file), small_suite(), resources=resources_from(["GPU=1"]), say=lambda _: None)
+    with pytest.raises(InputError, match=r"every worker is refused.*does not offer GPU=1"):
+        run_suite(small_suite(), tmp_path / "r", engine=asked, examine_case=fakes.good)
+
+
+@pytest.mark.parametrize("word", ["GPU", "GPU=", "=1", "GPU=0", "GPU=-1", "GPU=many"])
+def test_what_is_no_resource_is_refused(word: str) -> None:
+    with pytest.raises(InputError, match="such as GPU=1"):
+        resources_from([word])
+
+
+def test_nobody_at_the_address_is_one_sentence(tmp_path: Path) -> None:
+    for where in ("tcp://127.0.0.1:9", str(tmp_path / "none.json"), "nonsense"):
+        absent = Dask(where, small_suite(), patience_s=0.2)
+        with pytest.raises(InputError, match=rf"{re.escape(where)}: no Dask scheduler answers"):
+            run_suite(small_suite(), tmp_path / "r", engine=absent)
+    assert not (tmp_path / "r" / "run.json").exists()
