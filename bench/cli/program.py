@@ -19,7 +19,7 @@ from bench.cli.output import set_verbosity, verbose
 from bench.cli.signals import answered
 
 COMMANDS = (
-    "doctor", "run", "compare", "accept", "history", "report", "leaderboard", "suites", "show", "render",
+    "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show", "render",
     "scan", "calibrate", "merge", "detect", "paper", "completion",
 )  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""

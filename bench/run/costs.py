@@ -66,6 +66,8 @@ class Estimate:
         In the run's folder; in the folder of traced light, whose size is limited.
     workers
         Processes.
+    worker_seconds
+        What they spend on the cases together; a cluster's bill.
     basis
         Where the figures come from.
 
@@ -75,6 +77,7 @@ class Estimate:
     run_bytes: float
     light_bytes: float
     workers: int
+    worker_seconds: float
     basis: str
 
     @property
@@ -87,7 +90,8 @@ class Estimate:
         disk = f"{_size(self.run_bytes)} on disk"
         light = f", up to {_size(self.light_bytes)} of traced light in the cache" if self.light_bytes else ""
         cores = f"{self.workers} core{'s' if self.workers > 1 else ''}"
-        return f"an estimate: {self.takes} on {cores}, {disk}{light} ({self.basis})"
+        bill = f"{self.worker_seconds / 3600.0:.2g} worker-hours"
+        return f"an estimate: {self.takes} on {cores}, {bill}, {disk}{light} ({self.basis})"
 
 
 def estimate(suite: Suite, cases: Sequence[Case], costs: Costs, *, workers: int) -> Estimate:
@@ -101,6 +105,7 @@ def estimate(suite: Suite, cases: Sequence[Case], costs: Costs, *, workers: int)
         run_bytes=len(cases) * len(suite.variant) * costs.record_bytes,
         light_bytes=size * costs.light_bytes if suite.source == "scene" else 0.0,
         workers=workers,
+        worker_seconds=work_s,
         basis=f"from the run of {costs.measured} here" if costs.measured else "figures of another machine",
     )
 
@@ -146,4 +151,6 @@ def _duration(seconds: float) -> str:
 
 
 def _size(size: Any) -> str:
+    if size >= 1e12:
+        return f"{size / 1e12:.1f} TB"
     return f"{size / 1e9:.1f} GB" if size >= 1e9 else f"{max(size, 1e6) / 1e6:.0f} MB"
