@@ -136,7 +136,10 @@ def test_dependencies_are_those_that_are_imported() -> None:
         for module in _imported_modules() - set(sys.stdlib_module_names) - set(PACKAGES)
         for owner in owners.get(module, [module])[:1]
     }
-    declared = {_normal(re.split(r"[<>=!~\[ ]", item)[0]) for item in PROJECT["project"]["dependencies"]}
+    extra = PROJECT["project"]["optional-dependencies"]["cluster"]
+    stated = [*PROJECT["project"]["dependencies"], *extra]
+    declared = {_normal(re.split(r"[<>=!~\[ ]", item)[0]) for item in stated}
+    declared -= {"fsspec"}  # imported by its name where an address needs it: a folder does not
     comes_along = {"markupsafe"}  # jinja2's own type for safe text
     assert imported - comes_along == declared
 

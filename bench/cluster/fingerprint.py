@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib
 import importlib.util
@@ -37,7 +38,7 @@ def fingerprint(modules: Sequence[str], *, renders: bool) -> dict[str, str]:
         "python": python,
         **versions(),
         "metrics": _digest(f"{name} {METRICS[name].version}\n".encode() for name in sorted(METRICS)),
-        "burrscan's code": _digest(_sources()),
+        "burrscan's code": _code(),
         **{f"module {name}": _module(name) for name in modules},
         **({"renderer": choose().variant} if renders else {}),
     }
@@ -65,6 +66,12 @@ def _methods(variant: Variant) -> Iterator[str]:
         stage = getattr(stages, kind)
         yield stage.method
         yield from (value for value in stage.parameters.values() if isinstance(value, str))
+
+
+@functools.cache
+def _code() -> str:
+    """Once per process: what is loaded does not change with the files."""
+    return _digest(_sources())
 
 
 def _sources() -> Iterator[bytes]:

@@ -175,6 +175,29 @@ def test_a_worker_with_another_mitsuba_is_refused_by_name(
     assert waited[-1].workers == 1
 
 
+def test_pictures_go_to_the_store_that_is_named(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    out, store = tmp_path / "r", tmp_path / "store"
+    run_suite(small_suite(), out, engine=engine(cluster), store=str(store), examine_case=fakes.good)
+    assert not list(out.glob("cases/*/*"))
+    assert len(list(store.rglob("truth.npz"))) == 12
+    run = load_run(out)
+    assert all(run.artefact(record.case, "truth.npz").exists() for record in run.records)
+    assert content(out) == content(alone)
+
+
+def test_a_worker_of_many_threads_has_one_case_at_a_time(
+    cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
+) -> None:
+    cluster.stop(list(cluster.workers))
+    cluster.start_worker("--no-nanny", "--nthreads", "3")
+    run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), examine_case=fakes.lonely)
+    assert content(tmp_path / "r") == content(alone)
+    together = {line.strip() for line in Path(fakes.MARKS / "together").read_text().splitlines()}
+    assert together == {"1"}
+
+
 def test_a_full_disk_on_a_worker_is_no_result(cluster: Cluster, fakes: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"No space left on device.*--resume"):
         run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), examine_case=fakes.full_disk)

@@ -1,0 +1,160 @@
+"""What running on a Dask cluster costs: ``python -m bench.perf.cluster``.
+
+Everything on the loopback address of this machine, which should have nothing else to do:
+
+- *empty*: wall time per case of cases that cost nothing, and the driver's processor time in it;
+- *driver*: the driver's processor time per case with many simulated workers, which only wait;
+- *scaling*: cases per minute with one worker process and with more, one thread each, up to the cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from distributed import Worker
+
+from bench.cluster.engine import Dask
+from bench.perf.standins import WAIT_S, empty, waiting
+from bench.run.crew import SINGLE_THREADED
+from bench.run.engine import Examine
+from bench.run.examine import examine
+from bench.run.runner import Progress, run_suite
+from bench.suites.suite import Suite, suite_from
+from scenes.renderer import usable_cores
+
+_MESH = {
+    "name": "mesh",
+    "source": "mesh",
+    "metrics": ["axis_deg"],
+    "scene": {
+        "generatrix": [[-20, 40], [-5, 42], [-5, 50], [10, 50], [10, 44], [20, 40]],
+        "around": 480,
+        "along": 240,
+        "sigma_mm": 0.05,
+    },
+    "variant": [{"name": "default"}],
+}
+_JOINED_WITHIN_S = 120.0
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=1000, help="empty cases")
+    parser.add_argument("--simulated", type=int, default=200, help="simulated workers")
+    parser.add_argument("--real", type=int, default=60, help="real cases per number of workers")
+    parser.add_argument("--host", nargs=2, metavar=("FILE", "N"), help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.host:
+        asyncio.run(_host(given.host[0], int(given.host[1])))
+        return
+    print(f"load before: {os.getloadavg()[0]:.1f} on {usable_cores()} cores")
+    _empty(given.cases)
+    _driver(given.simulated)
+    _scaling(given.real)
+
+
+def _empty(cases: int) -> None:
+    with _cluster("--nworkers", str(usable_cores())) as file:
+        wall_s, own_s = _timed(file, _suite(cases), empty, workers=usable_cores())
+    print(f"empty: {1e3 * wall_s / cases:.2f} ms per case, of them the driver's {1e3 * own_s / cases:.2f} ms")
+
+
+def _driver(workers: int) -> None:
+    cases = 10 * workers
+    with _scheduler() as file, _started(["-m", "bench.perf.cluster", "--host", str(file), str(workers)]):
+        wall_s, own_s = _timed(file, _suite(cases), waiting, workers=workers)
+    print(
+        f"driver: {workers} simulated workers, {cases / wall_s:.0f} of {workers / WAIT_S:.0f} cases/s, "
+        f"{1e3 * own_s / cases:.2f} ms of processor per case, {100.0 * own_s / wall_s:.0f} % of a core"
+    )
+
+
+def _scaling(cases: int) -> None:
+    alone = 0.0
+    for workers in range(1, usable_cores() + 1):
+        with _cluster("--nworkers", str(workers)) as file:
+            _timed(file, suite_from({**_MESH, "seeds": list(range(9000, 9000 + 4 * workers))}, source="perf"),
+                   examine, workers=workers)  # fmt: skip (compiled kernels are loaded)
+            suite = suite_from({**_MESH, "seeds": list(range(cases))}, source="perf")
+            wall_s, _ = _timed(file, suite, examine, workers=workers)
+        pace = 60.0 * cases / wall_s
+        alone = alone or pace
+        print(f"scaling: {workers} workers, {pace:.1f} cases/min, {100.0 * pace / alone / workers:.0f} % of linear")
+
+
+def _suite(cases: int) -> Suite:
+    return suite_from({**_MESH, "seeds": list(range(cases))}, source="perf")
+
+
+def _timed(file: Path, suite: Suite, what: Examine, *, workers: int) -> tuple[float, float]:
+    """Wall time and this process's own of a run, from the end of its first case: before it, workers are vetted."""
+    _await_workers(file, workers)
+    began: list[tuple[float, float]] = []
+
+    def tick(state: Progress) -> None:
+        if state.done and not began:
+            began.append((time.perf_counter(), time.process_time()))
+
+    with tempfile.TemporaryDirectory() as folder:
+        run_suite(suite, Path(folder) / "r", engine=Dask(str(file), suite, say=lambda _: None), progress=tick,
+                  examine_case=what)  # fmt: skip
+        return time.perf_counter() - began[0][0], time.process_time() - began[0][1]
+
+
+def _await_workers(file: Path, count: int) -> None:
+    from bench.cluster.link import connect  # noqa: PLC0415
+
+    with connect(str(file)) as client:
+        client.wait_for_workers(count, timeout=_JOINED_WITHIN_S)
+
+
+async def _host(file: str, count: int) -> None:
+    """Many workers in one process."""
+    workers = [Worker(scheduler_file=file, nthreads=1, host="127.0.0.1", dashboard=False) for _ in range(count)]
+    await asyncio.gather(*workers)
+    await asyncio.gather(*(worker.finished() for worker in workers))
+
+
+@contextmanager
+def _cluster(*options: str) -> Iterator[Path]:
+    asked = ["-m", "distributed.cli.dask_worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard"]
+    with _scheduler() as file, _started([*asked, "--scheduler-file", str(file), *options]):
+        yield file
+
+
+@contextmanager
+def _scheduler() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "scheduler.json"
+        asked = ["-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+        with _started([*asked, "--scheduler-file", str(file)]):
+            while not file.exists():
+                time.sleep(0.05)
+            yield file
+
+
+@contextmanager
+def _started(arguments: list[str]) -> Iterator[None]:
+    environment = {**os.environ, **dict.fromkeys(SINGLE_THREADED, "1")}
+    process = subprocess.Popen(  # noqa: S603 (our own interpreter)
+        [sys.executable, *arguments], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+if __name__ == "__main__":
+    main()
