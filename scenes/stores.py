@@ -48,7 +48,7 @@ class Store:
         return bytes(system.cat_file(f"{root}/{name}"))
 
     def write(self, name: str, content: bytes) -> None:
-        """Put a file there, whole: an object store shows an object when it is complete; a folder, by renaming.
+        """Put a file there, whole: object stores show what is complete, folders get it by renaming.
 
         Raises
         ------

@@ -20,7 +20,12 @@ _EXAMPLES = """\
 def add(commands: Commands) -> None:
     """Declare the subcommand."""
     parser = command(
-        commands, "gather", main, summary="put the shards of a run together", details=_DETAILS, examples=_EXAMPLES
+        commands,
+        "gather",
+        main,
+        summary="put the shards of a run together",
+        details=_DETAILS,
+        examples=_EXAMPLES,
     )
     parser.add_argument("runs", metavar="RUN", type=Path, nargs="+", help="a run directory")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="a new run directory")

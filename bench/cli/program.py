@@ -19,8 +19,8 @@ from bench.cli.output import set_verbosity, verbose
 from bench.cli.signals import answered
 
 COMMANDS = (
-    "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show", "render",
-    "scan", "calibrate", "merge", "detect", "paper", "completion",
+    "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show",
+    "render", "scan", "calibrate", "merge", "detect", "paper", "completion",
 )  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 

@@ -221,7 +221,7 @@ def _run(given: argparse.Namespace, out_dir: Path) -> None:
 
 
 def _engine(given: argparse.Namespace, suite: Suite) -> Engine:
-    """This machine's processes, or the cluster that is named."""
+    """Processes of this machine, or the cluster that is named."""
     from bench.cli.output import note
     from bench.run.engine import Local
     from burrscan.errors import InputError

@@ -94,7 +94,9 @@ class Dask:
                         self._workers = sitting.workers
                         yield outcome
                 except Lost:
-                    self.say(f"note: the scheduler at {self.scheduler} is gone; waiting for one to answer there")
+                    self.say(
+                        f"note: the scheduler at {self.scheduler} is gone; waiting for one to answer there"
+                    )
                 finally:
                     sitting.leave()
 
@@ -114,7 +116,7 @@ class Dask:
 
     @contextlib.contextmanager
     def _answering(self) -> Iterator[Client]:
-        """A client; that nobody answers, once a run has begun, is the machine's fault and no mistake of the user's."""
+        """A client; that nobody answers once a run has begun is no mistake of the user's."""
         with contextlib.ExitStack() as stack:
             try:
                 client = stack.enter_context(self._client())

@@ -45,7 +45,7 @@ def fingerprint(modules: Sequence[str], *, renders: bool) -> dict[str, str]:
 
 
 def modules_of(suite: Suite) -> tuple[str, ...]:
-    """The modules that a suite names beside burrscan's own: of metrics and of stages, ``module:attribute``."""
+    """The modules that a suite names as ``module:attribute``, of metrics and of stages."""
     named = [*suite.metrics, *(method for variant in suite.variant for method in _methods(variant))]
     return tuple(sorted({name.partition(":")[0] for name in named if ":" in name}))
 

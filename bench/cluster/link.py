@@ -22,7 +22,8 @@ def connect(scheduler: str, *, patience_s: float | None = None) -> Client:
     scheduler
         An address such as ``tcp://10.0.0.5:8786`` or the path of a scheduler file.
     patience_s
-        How long one that does not answer is asked again; by default Dask's ``distributed.comm.timeouts.connect``.
+        How long one that does not answer is asked again; by default what Dask's
+        ``distributed.comm.timeouts.connect`` says.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is sent to a worker, and what comes back: a case's records, and its pictures unless a store took them."""
+"""What goes to a worker, and what comes back: a case's records, and its pictures unless a store took them."""
 
 from __future__ import annotations
 
@@ -81,4 +81,4 @@ def _keep(store: Store, files: Mapping[str, bytes]) -> None:
         for name, content in files.items():
             store.write(name, content)
     except Exception as error:  # every kind of store has errors of its own
-        raise Obstructed(f"{store.address}: {error or repr(error)}") from error
+        raise Obstructed(f"{store.address}: {error!r}") from error

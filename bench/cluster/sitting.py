@@ -15,7 +15,7 @@ from typing import Any
 
 import cloudpickle
 from distributed import Client, Future, KilledWorker
-from distributed.comm import CommClosedError
+from distributed.comm.core import CommClosedError
 
 from bench.cluster import vetting
 from bench.cluster.fingerprint import Fingerprint
@@ -96,7 +96,7 @@ class Sitting:
         self._name = _name(expected, resources)
         self._takes = {self._name: 1, **resources}
         self._events: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
-        self._out: dict[str, tuple[Case, Future]] = {}
+        self._out: dict[str, tuple[Case, Future[Any]]] = {}
         self._accepted: dict[str, str] = {}  # address to the process's own id: ports are used again
         self._refused: dict[str, str] = {}
         self._counted = -_COUNT_EVERY_S
@@ -135,7 +135,7 @@ class Sitting:
                 self._client.cancel(futures, force=True)
 
     def _meet_workers(self) -> None:
-        """Have every worker looked at, late ones too; the plugin stays with the scheduler and does no harm."""
+        """Have every worker looked at, late ones too; the plugin stays there and does no harm."""
         self._client.subscribe_topic(self._name, self._hear)
         cloudpickle.register_pickle_by_value(vetting)
         try:
@@ -145,7 +145,9 @@ class Sitting:
         here = self._client.nthreads().keys()
         if not here:
             self._say("note: no worker yet; cases wait for one (dask worker ADDRESS)")
-        said = {words["worker"]: words for _, words in self._client.get_events(self._name)}  # the last of each
+        said = {
+            words["worker"]: words for _, words in self._client.get_events(self._name)
+        }  # the last of each
         for address in here & said.keys():  # to these the subscription may have come too late
             self._meet(said[address])
         with contextlib.suppress(queue.Empty):  # the others' words are under way
@@ -203,8 +205,9 @@ class Sitting:
         if not keys:
             return
         wanted = {key: self._out[key][1] for key in keys}
+        loop: Any = self._client.loop
         asked = self._client.gather(wanted, errors="skip", asynchronous=True)
-        coming = asyncio.run_coroutine_threadsafe(asked, self._client.loop.asyncio_loop)
+        coming = asyncio.run_coroutine_threadsafe(asked, loop.asyncio_loop)
         coming.add_done_callback(lambda found: self._events.put(("parcels", (wanted, found))))
 
     def _count(self) -> None:
@@ -242,7 +245,7 @@ class Sitting:
             self._submit(case)
 
     def _receive(
-        self, wanted: Mapping[str, Future], coming: concurrent.futures.Future[dict[str, Parcel | None]]
+        self, wanted: Mapping[str, Future[Any]], coming: concurrent.futures.Future[dict[str, Parcel | None]]
     ) -> Iterator[Outcome]:
         """What was fetched; what was not is looked into."""
         fetched = {} if coming.cancelled() or coming.exception() else coming.result()

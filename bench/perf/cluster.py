@@ -48,7 +48,9 @@ _JOINED_WITHIN_S = 120.0
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--cases", type=int, default=1000, help="empty cases")
     parser.add_argument("--simulated", type=int, default=200, help="simulated workers")
     parser.add_argument("--real", type=int, default=60, help="real cases per number of workers")
@@ -83,13 +85,20 @@ def _scaling(cases: int) -> None:
     alone = 0.0
     for workers in range(1, usable_cores() + 1):
         with _cluster("--nworkers", str(workers)) as file:
-            _timed(file, suite_from({**_MESH, "seeds": list(range(9000, 9000 + 4 * workers))}, source="perf"),
-                   examine, workers=workers)  # fmt: skip (compiled kernels are loaded)
+            _timed(
+                file,
+                suite_from({**_MESH, "seeds": list(range(9000, 9000 + 4 * workers))}, source="perf"),
+                examine,
+                workers=workers,
+            )  # fmt: skip (compiled kernels are loaded)
             suite = suite_from({**_MESH, "seeds": list(range(cases))}, source="perf")
             wall_s, _ = _timed(file, suite, examine, workers=workers)
         pace = 60.0 * cases / wall_s
         alone = alone or pace
-        print(f"scaling: {workers} workers, {pace:.1f} cases/min, {100.0 * pace / alone / workers:.0f} % of linear")
+        print(
+            f"scaling: {workers} workers, {pace:.1f} cases/min, "
+            f"{100.0 * pace / alone / workers:.0f} % of linear"
+        )
 
 
 def _suite(cases: int) -> Suite:
@@ -97,7 +106,7 @@ def _suite(cases: int) -> Suite:
 
 
 def _timed(file: Path, suite: Suite, what: Examine, *, workers: int) -> tuple[float, float]:
-    """Wall time and this process's own of a run, from the end of its first case: before it, workers are vetted."""
+    """Wall time and this process's own of a run, from its first case's end: before it, workers are vetted."""
     _await_workers(file, workers)
     began: list[tuple[float, float]] = []
 
@@ -120,7 +129,9 @@ def _await_workers(file: Path, count: int) -> None:
 
 async def _host(file: str, count: int) -> None:
     """Many workers in one process."""
-    workers = [Worker(scheduler_file=file, nthreads=1, host="127.0.0.1", dashboard=False) for _ in range(count)]
+    workers = [
+        Worker(scheduler_file=file, nthreads=1, host="127.0.0.1", dashboard=False) for _ in range(count)
+    ]
     await asyncio.gather(*workers)
     await asyncio.gather(*(worker.finished() for worker in workers))
 
@@ -136,7 +147,15 @@ def _cluster(*options: str) -> Iterator[Path]:
 def _scheduler() -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scheduler.json"
-        asked = ["-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+        asked = [
+            "-m",
+            "distributed.cli.dask_scheduler",
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--no-dashboard",
+        ]
         with _started([*asked, "--scheduler-file", str(file)]):
             while not file.exists():
                 time.sleep(0.05)

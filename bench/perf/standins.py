@@ -21,6 +21,6 @@ def empty(job: Job, case: Case) -> list[Record]:
 
 
 def waiting(job: Job, case: Case) -> list[Record]:
-    """The same after :data:`WAIT_S`, during which a worker does nothing, so that hundreds fit on a machine."""
+    """The same after :data:`WAIT_S` of doing nothing, so that hundreds of workers fit on a machine."""
     time.sleep(WAIT_S)
     return empty(job, case)

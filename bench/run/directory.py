@@ -84,7 +84,7 @@ class Run:
     records: tuple[Record, ...]
 
     def artefact(self, case_id: str, name: str) -> Path:
-        """A file of a case's pictures and maps; one that a cluster's workers left in a store is fetched first.
+        """A file of a case's pictures and maps; one that a cluster's workers left in a store is fetched.
 
         It may not be there afterwards: a report shows what there is.
         """

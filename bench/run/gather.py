@@ -94,8 +94,8 @@ def _joined(runs: Sequence[Run]) -> dict[tuple[str, str], Record]:
             before = found.setdefault(record.key, record)
             if _result(before) != _result(record):
                 raise InputError(
-                    f"{run.directory.path}: says something else of {record.case}, {record.variant} than another "
-                    "part; were they made by the same renderer?"
+                    f"{run.directory.path}: says something else of {record.case}, {record.variant} than "
+                    "another part; were they made by the same renderer?"
                 )
     return found
 

@@ -31,7 +31,7 @@ from scenes.transport.store import NOWHERE, default_folder
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: cases done, in all, and done before this sitting; failed records; the last case; workers."""
+    """How far a run is: cases done, in all, before this sitting; failed records; last case; workers."""
 
     done: int
     total: int
@@ -118,7 +118,11 @@ def run_suite(
     asked = describe_run(
         suite, cases, seed=seed, only=only, metrics=_definitions(suite), shard=str(shard) if shard else None
     )
-    kept_at = Store(store).under(f"runs/{out_dir.resolve().name}-{asked['suite_hash'][:8]}-{seed}") if store else None
+    kept_at = (
+        Store(store).under(f"runs/{out_dir.resolve().name}-{asked['suite_hash'][:8]}-{seed}")
+        if store
+        else None
+    )
     with directory.locked():
         _open(directory, asked, engine, store=kept_at.address if kept_at else None)
         remaining = _settle(directory, cases, len(suite.variant))

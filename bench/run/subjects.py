@@ -57,7 +57,7 @@ Subject = Callable[[Pipeline], Look]
 
 
 def scene_subject(case: Case, folder: Path, transports: str = "") -> Subject:
-    """Simulate a scene once; its truth goes to the case's folder, its light to ``transports`` (as in a job)."""
+    """Simulate a scene once; its truth goes to the case's folder, its light to a job's ``transports``."""
     simulation = simulate(
         scene_from(case.document, source=case.id),
         identity=entropy(case.identity),

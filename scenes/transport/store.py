@@ -87,7 +87,9 @@ def _stored_afar(store: Store, name: str, key: str, make: Callable[[], LightTran
     except FileNotFoundError:
         pass
     except Exception as error:  # noqa: BLE001 (see above)
-        _LOG.warning("note: %s of %s cannot be used, its light is traced again: %r", name, store.address, error)
+        _LOG.warning(
+            "note: %s of %s cannot be used, its light is traced again: %r", name, store.address, error
+        )
     transport = make()
     content = io.BytesIO()
     _write(content, key, transport)

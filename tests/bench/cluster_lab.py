@@ -1,4 +1,4 @@
-"""A scheduler and workers as processes of their own on the loopback address, and stand-ins for the simulation."""
+"""A scheduler and workers as processes on the loopback address, and stand-ins for the simulation."""
 
 from __future__ import annotations
 
@@ -54,13 +54,21 @@ def deadly(job, case):
 
 def full_disk(job, case):
     from bench.run.examine import failed_record, failure
-    return [failed_record(case, v, failure("score", OSError(28, "No space left on device"))) for v in job.variants]
+    error = OSError(28, "No space left on device")
+    return [failed_record(case, v, failure("score", error)) for v in job.variants]
 '''
 
 HELD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """What Dask's nanny sets for its workers."""
 
-_RIDGE = {"kind": "axial_ridge", "angle_deg": 0, "height_mm": 1, "width_mm": 1, "z_start_mm": 5, "z_end_mm": 20}
+_RIDGE = {
+    "kind": "axial_ridge",
+    "angle_deg": 0,
+    "height_mm": 1,
+    "width_mm": 1,
+    "z_start_mm": 5,
+    "z_end_mm": 20,
+}
 
 
 def small_suite(cases: int = 12) -> Suite:
@@ -146,7 +154,11 @@ class Cluster:
         with (self.folder / f"{what}.log").open("ab") as log:
             return subprocess.Popen(  # noqa: S603 (our own interpreter)
                 [sys.executable, "-m", f"distributed.cli.dask_{what}", *asked],
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (*self.path, *sys.path))), **environment},
+                env={
+                    **os.environ,
+                    "PYTHONPATH": os.pathsep.join(map(str, (*self.path, *sys.path))),
+                    **environment,
+                },
                 stdout=log,
                 stderr=log,
             )

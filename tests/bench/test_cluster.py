@@ -83,7 +83,9 @@ def test_the_scheduler_is_killed_and_another_goes_on(
             cluster.stop([cluster.scheduler])
             cluster.complete()
 
-    run_suite(small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=kill, examine_case=fakes.slow)
+    run_suite(
+        small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=kill, examine_case=fakes.slow
+    )
     assert any("is gone" in line for line in said)
     assert content(tmp_path / "r") == content(alone)
 
@@ -142,7 +144,9 @@ def test_a_case_that_kills_is_named_and_the_others_are_done(fakes: ModuleType, t
     try:
         cluster.start_scheduler(DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
         cluster.start_worker()  # with a nanny, which starts it anew
-        with pytest.raises(InputError, match=r"^seed=3: its workers died .*; 1 case\(s\) have no record.*--resume"):
+        with pytest.raises(
+            InputError, match=r"^seed=3: its workers died .*; 1 case\(s\) have no record.*--resume"
+        ):
             run_suite(small_suite(6), out, engine=engine(cluster), examine_case=fakes.deadly)
     finally:
         cluster.close()
@@ -165,8 +169,16 @@ def test_a_worker_with_another_mitsuba_is_refused_by_name(
         waited.append(state)
 
     try:
-        until(lambda: b"stranger" in (cluster.folder / "scheduler.log").read_bytes(), "the stranger stayed away")
-        run_suite(small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=wait, examine_case=fakes.good)
+        until(
+            lambda: b"stranger" in (cluster.folder / "scheduler.log").read_bytes(), "the stranger stayed away"
+        )
+        run_suite(
+            small_suite(),
+            tmp_path / "r",
+            engine=engine(cluster, said),
+            progress=wait,
+            examine_case=fakes.good,
+        )
     finally:
         cluster.stop([odd])
     assert content(tmp_path / "r") == content(alone)

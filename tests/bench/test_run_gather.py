@@ -35,9 +35,7 @@ def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
 def parts(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("parts")
     return [
-        run_suite(
-            small_suite(7), folder / str(n), workers=1, shard=Shard(n, SHARDS), examine_case=fakes.good
-        )
+        run_suite(small_suite(7), folder / str(n), workers=1, shard=Shard(n, SHARDS), examine_case=fakes.good)
         for n in range(1, SHARDS + 1)
     ]
 
@@ -88,7 +86,7 @@ def test_parts_of_another_run_are_refused(fakes: ModuleType, parts: list[Path], 
     other = run_suite(
         small_suite(7), tmp_path / "o", workers=1, seed=1, shard=Shard(1, SHARDS), examine_case=fakes.good
     )
-    with pytest.raises(InputError, match="differs from .* in seed"):
+    with pytest.raises(InputError, match=r"differs from .* in seed"):
         gather([*parts, other], tmp_path / "r")
     with pytest.raises(InputError, match="is there already"):
         gather(parts, other)
