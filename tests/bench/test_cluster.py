@@ -11,8 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import dask
 import pytest
 
+from bench.cli import main
 from bench.cluster.engine import Dask, resources_from
 from bench.run.directory import load_run
 from bench.run.runner import Progress, run_suite
@@ -236,3 +238,53 @@ def test_nobody_at_the_address_is_one_sentence(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=rf"{re.escape(where)}: no Dask scheduler answers"):
             run_suite(small_suite(), tmp_path / "r", engine=absent)
     assert not (tmp_path / "r" / "run.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (["--scheduler", "tcp://127.0.0.1:9"], "no Dask scheduler answers there"),
+        (["--scheduler", "tcp://127.0.0.1:9", "--workers", "2"], "--workers are this machine's"),
+        (["--store", "memory://x"], "name its --scheduler"),
+        (["--resources", "GPU=1"], "name its --scheduler"),
+        (["--shard", "3/2"], "a shard is such as 3/16"),
+        (["--shard", "99/99"], "make 24 shards at most"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_one_line(
+    asked: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with dask.config.set({"distributed.comm.timeouts.connect": "0.2s"}):
+        assert main(["run", "quick", "--out", str(tmp_path / "r"), *asked]) == 2
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if line.startswith("burrscan: "))
+    assert said in line
+    assert not (tmp_path / "r" / "run.json").exists()
+
+
+MESHES = """
+name = "meshes"
+source = "mesh"
+metrics = ["axis_deg"]
+seeds = [0, 1]
+[scene]
+generatrix = [[-20, 40], [-5, 42], [-5, 50], [10, 50], [10, 44], [20, 40]]
+around = 160
+along = 80
+sigma_mm = 0.05
+[[variant]]
+name = "default"
+"""
+
+
+def test_the_command_makes_real_records_there_and_here(
+    cluster: Cluster, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "meshes.toml").write_text(MESHES)
+    asked = ["run", str(tmp_path / "meshes.toml"), "--out"]
+    assert main([*asked, str(tmp_path / "there"), "--scheduler", str(cluster.file)]) == 0
+    told = capsys.readouterr().err
+    assert "dashboard: http://" in told
+    assert re.search(r"meshes: 2/2 seed=\d \[1 worker, \S+ cases/min, 0.0 min left\]", told)
+    assert main([*asked, str(tmp_path / "here"), "--workers", "1"]) == 0
+    assert content(tmp_path / "there") == content(tmp_path / "here")
+    assert len(content(tmp_path / "there")[1]) == 4
