@@ -10,6 +10,9 @@ from typing import Any
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 
+_OF_FOLDERS = frozenset({"file", "ftp", "hdfs", "sftp", "smb", "ssh", "webhdfs"})
+"""Schemes with folders that must be made. On others it is needless, and on S3 it would make a bucket."""
+
 EXTRA = "pip install 'burrscan[cluster]'"
 """What a user without the optional packages is told."""
 
@@ -62,7 +65,8 @@ class Store:
             return
         system, root = self._system()
         path = f"{root}/{name}"
-        system.makedirs(path.rpartition("/")[0], exist_ok=True)
+        if _OF_FOLDERS.intersection(_protocols(system)):
+            system.makedirs(path.rpartition("/")[0], exist_ok=True)
         system.pipe_file(path, content)
 
     def checked(self) -> Store:
@@ -101,3 +105,8 @@ class Store:
         except ValueError as error:
             raise InputError(f"{self.address}: no address of a store ({error})") from error
         return system, str(root).rstrip("/")
+
+
+def _protocols(system: Any) -> tuple[str, ...]:
+    named = system.protocol
+    return (named,) if isinstance(named, str) else tuple(named)

@@ -61,3 +61,14 @@ def test_what_is_no_store_is_said_in_a_sentence(tmp_path: Path) -> None:
     for address in ("nothing://here", str(tmp_path / "file")):
         with pytest.raises(InputError, match=f"^{address}: "):
             Store(address).checked()
+
+
+def test_no_bucket_is_made_for_a_misspelt_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On S3, to make an object's folders is to make its bucket."""
+
+    def made(*_: object, **__: object) -> None:
+        raise AssertionError("folders were made")
+
+    monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.makedirs", made)
+    Store("memory://bucket").write("a/b", b"content")
+    assert Store("memory://bucket").read("a/b") == b"content"
