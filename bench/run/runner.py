@@ -130,10 +130,8 @@ def run_suite(
             suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted,
             transports=_transports(store), kept_at=kept_at.address if kept_at else "",
         )  # fmt: skip
-        lost = []
-        if remaining:
-            outcomes = engine.outcomes(job, examine_case, remaining)
-            lost = _collect(outcomes, engine, directory, Progress.of(load_run(out_dir)), progress)
+        outcomes = engine.outcomes(job, examine_case, remaining)
+        lost = _collect(outcomes, engine, directory, Progress.of(load_run(out_dir)), progress)
         write_tables(load_run(out_dir))
     if lost:
         raise InputError(f"{lost[0]}{_again(out_dir, cases=len(lost))}")
