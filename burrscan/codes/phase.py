@@ -89,7 +89,7 @@ def harmonics(steps: int) -> Floats32:
 def sheet32(camera: CameraSheet) -> Floats32:
     """What the kernels need of a data sheet, in DN: black level, gain, variance in the dark, saturation."""
     floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
-    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.saturation_dn], np.float32)
+    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.clipped_dn], np.float32)
 
 
 @njit(cache=True, parallel=True, nogil=True)

@@ -133,7 +133,7 @@ def _probes(scanner: Scanner) -> Patterns:
 def _probed(images: Image, raw: CameraSheet) -> tuple[Floats32, Bools]:
     """(primary, h, w, channel) electrons that each primary adds, and where they are to be trusted."""
     electrons = linear_electrons(images, raw)
-    clipped = (images >= raw.saturation_dn).any(axis=(0, -1))
+    clipped = (images >= raw.clipped_dn).any(axis=(0, -1))
     brightest = electrons[:CHANNELS].max(axis=(0, -1)) / np.float32(raw.full_well_e)
     usable = ~clipped & (brightest > _LEAST_SHARE) & (brightest < _MOST_SHARE)
     return electrons[:CHANNELS] - electrons[CHANNELS], np.asarray(usable)

@@ -110,7 +110,7 @@ class MonoScanner(PassThrough):
         raw, unmix = self._scanner.camera, self._mixing.unmix
         light = linear_electrons(image, raw) @ unmix.T.astype(np.float32)
         adds = (np.abs(unmix) > _ADDS).astype(np.float32)
-        return light, np.asarray((image >= raw.saturation_dn).astype(np.float32) @ adds.T > 0.0)
+        return light, np.asarray((image >= raw.clipped_dn).astype(np.float32) @ adds.T > 0.0)
 
     def _dn(self, electrons: Floats32, clipped: Bools) -> Image:
         """DN of the unmixed camera."""

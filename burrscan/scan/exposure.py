@@ -95,7 +95,7 @@ def bracket(scanner: Scanner, *, ratio: float = 12.0, black_rungs: int = 99) -> 
 
 def _measure(into: Floats32, image: Image, exposure_ms: float, camera: CameraSheet, *, todo: Bools) -> Bools:
     """Fill what is still to be measured where ``image`` is not clipped; returns where it was filled."""
-    usable = todo & (image < camera.saturation_dn)
+    usable = todo & (image < camera.clipped_dn)
     electrons = (image[usable] - camera.black_level_dn) / camera.gain_dn_per_e
     into[usable] = electrons / exposure_ms
     return usable

@@ -74,7 +74,7 @@ def scan_fixed(
         frames=spent + len(shown) + 1,
         exposures_ms=(exposure_ms,),
         white=white,
-        saturated=np.asarray((images >= scanner.camera.saturation_dn).any(axis=0)),
+        saturated=np.asarray((images >= scanner.camera.clipped_dn).any(axis=0)),
         pattern=shown.frames[-1],
         image=images[-1],
     )

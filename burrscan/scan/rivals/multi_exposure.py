@@ -53,7 +53,7 @@ def scan_multi_exposure(
     found: list[Correspondence] = []
     for time in times:
         images = scanner.capture(shown, time)
-        saturated &= (images >= scanner.camera.saturation_dn).any(axis=0)
+        saturated &= (images >= scanner.camera.clipped_dn).any(axis=0)
         found.append(chosen.decode(images, scanner.camera))
     return Scan(
         correspondence=finest(found),

@@ -74,7 +74,7 @@ def scan_rows_and_columns(
     of_columns = scanner.capture(across, exposure_ms)
     of_rows = scanner.capture(down, exposure_ms)
     white = scanner.capture(even(scanner, levels=(255,)), exposure_ms)[0]
-    full = scanner.camera.saturation_dn
+    full = scanner.camera.clipped_dn
     return Scan(
         correspondence=_joined(
             columns.decode(of_columns, scanner.camera), rows.decode(of_rows, scanner.camera)

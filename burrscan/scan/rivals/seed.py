@@ -108,7 +108,7 @@ def scan_seed(
         frames=crude.response.frames + len(shown) + 1,
         exposures_ms=(final_ms,),
         white=white,
-        saturated=np.asarray((images >= camera.saturation_dn).any(axis=0)),
+        saturated=np.asarray((images >= camera.clipped_dn).any(axis=0)),
         pattern=shown.frames[-1],
         image=images[-1],
         intensity=None if intensity is None else intensity.astype(np.float32),
@@ -128,7 +128,7 @@ def _crude(scanner: Scanner, *, cell_px: int, exposures: int) -> _Crude:
     shortest, longest = camera.exposure_range_ms
     for time_ms in np.geomspace(longest, shortest, exposures).clip(shortest, longest):
         images = scanner.capture(shown, float(time_ms))
-        todo = np.isnan(white) & (images < camera.saturation_dn).all(axis=0)
+        todo = np.isnan(white) & (images < camera.clipped_dn).all(axis=0)
         u_px[todo] = _cells(images, camera, cell_px)[todo]
         for into, image in ((white, images[-2]), (black, images[-1])):
             into[todo] = (image[todo] - camera.black_level_dn) / (camera.gain_dn_per_e * time_ms)

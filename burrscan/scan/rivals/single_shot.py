@@ -105,7 +105,7 @@ def scan_single_shot(
         frames=response.frames + 2,
         exposures_ms=(final_ms,),
         white=image,
-        saturated=image >= scanner.camera.saturation_dn,
+        saturated=image >= scanner.camera.clipped_dn,
         pattern=shown.frames[0],
         image=image,
         intensity=light.astype(np.float32),
@@ -131,7 +131,7 @@ def _shoot(
     dark_e = response.black_e_per_ms * np.float32(exposure_ms)
     electrons = ((image - camera.black_level_dn) / camera.gain_dn_per_e).astype(np.float32)
     floor = camera.read_noise_e**2 + 1.0 / (12.0 * camera.gain_dn_per_e**2)
-    usable = (image < camera.saturation_dn) & (full_e > _LEAST_SIGNAL * camera.read_noise_e)
+    usable = (image < camera.clipped_dn) & (full_e > _LEAST_SIGNAL * camera.read_noise_e)
     seen = np.where(usable, (electrons - dark_e) / np.maximum(full_e, 1e-6), 0.0).astype(np.float32)
     weight: Floats32 = np.where(usable, full_e**2 / (np.maximum(electrons, 0.0) + floor), 0.0)
     shot = read_shot(
