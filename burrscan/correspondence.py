@@ -57,6 +57,10 @@ class Scan:
     intensity
         (H, W) light relative to full white that the final patterns may use at each projector pixel, or None
         for a strategy that does not adapt. With several exposures: of the first.
+    radiance
+        (h, w) electrons per millisecond that full white adds, NaN where the shortest exposure was clipped; None
+        for a strategy that has not measured it. Columns are taken from the centroids of this light to the
+        pixels' centres (:mod:`burrscan.footprint`).
     notes
         Numbers worth a line in the report, such as ``{"rounds": 2}``.
 
@@ -70,8 +74,9 @@ class Scan:
     pattern: Levels
     image: Image
     intensity: Floats32 | None = None
+    radiance: Floats32 | None = None
     notes: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(self, white=self.white, saturated=self.saturated, pattern=self.pattern, image=self.image)
-        freeze(self, intensity=self.intensity)
+        freeze(self, intensity=self.intensity, radiance=self.radiance)

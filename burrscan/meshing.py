@@ -7,6 +7,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Bools, Floats, Floats32, Ints, Ints32
 from burrscan.correspondence import Correspondence
+from burrscan.footprint import at_centres
 from burrscan.rig import Rig
 from burrscan.surface import Surface
 from burrscan.triangulation import triangulate
@@ -19,6 +20,7 @@ def surface(
     correspondence: Correspondence,
     rig: Rig,
     *,
+    radiance: Floats32 | None = None,
     grazing_deg: float = 82.0,
     outlier_z: float = 5.0,
     least_pixels: int = 40,
@@ -31,6 +33,9 @@ def surface(
         Projector columns per camera pixel.
     rig
         The calibration.
+    radiance
+        (h, w) light of each pixel under full white, as :class:`burrscan.correspondence.Scan` has it: columns
+        are taken to the pixels' centres by it (:func:`burrscan.footprint.at_centres`).
     grazing_deg
         Neighbouring pixels are joined as long as the surface between them could be seen at up to this angle
         off its normal; a steeper one is a jump in depth. Noise widens the limit by three sigmas.
@@ -45,7 +50,7 @@ def surface(
     O(pixels). The criteria hold no length: they follow the rig's footprint at the point's depth.
 
     """
-    points, sigma = triangulate(correspondence, rig)
+    points, sigma = triangulate(at_centres(correspondence, radiance), rig)
     pitch = 0.5 * (1.0 / rig.camera.fx + 1.0 / rig.camera.fy)
     reach = float(np.tan(np.radians(grazing_deg))) * pitch
     depth, variance = _planes(points, sigma)

@@ -155,7 +155,9 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     timings: dict[str, float] = {}
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
     _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")
-    surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig)
+    surface = _timed(
+        timings, "surface", surface_of, scan.correspondence, scanner.rig, radiance=scan.radiance
+    )
     inspection = inspect_surface(
         surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm
     )

@@ -82,7 +82,7 @@ def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     sheets = read_sheets(given.sheets) if given.sheets else None
     scan, scanner = replay(given.folder, method=given.scan, sheets=sheets, trusted=given.trust)
     rig = read_rig(given.rig) if given.rig else scanner.rig
-    surface = surface_of(scan.correspondence, rig)
+    surface = surface_of(scan.correspondence, rig, radiance=scan.radiance)
     summary = {
         "folder": str(given.folder),
         "strategy": given.scan or (scanner.scan.method if scanner.scan else "found by its shots"),

@@ -67,13 +67,14 @@ def main() -> None:
     document = scene_document(given.scene)
     document["rig"] = document.get("rig", {}) | {"scale": given.scale}
     tape = Tape(simulate(scene_from(document, source=given.scene)).scanner())
-    surface(adaptive.scan_adaptive(tape).correspondence, tape.rig)  # compiles, and records
+    first = adaptive.scan_adaptive(tape)
+    surface(first.correspondence, tape.rig, radiance=first.radiance)  # compiles, and records
     times: Times = {}
     _clock_stages(times)
     for _ in range(given.rounds):
         tape.rewind()
         scan = _clocked(adaptive.scan_adaptive, "scan in all", times)(tape)
-        _clocked(surface, "mesh", times)(scan.correspondence, tape.rig)
+        _clocked(surface, "mesh", times)(scan.correspondence, tape.rig, radiance=scan.radiance)
         _clocked(_read_once, "reading all frames once", times)(tape.images)
     _say(times, given.rounds)
 

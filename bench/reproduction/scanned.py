@@ -110,7 +110,7 @@ def scanned(document: Mapping[str, Any], stage: Stage) -> Numbers:
     simulation = _simulation(document)
     scanner = simulation.scanner()
     scan = stage_function(stage, "scan")(scanner)
-    mesh = surface(scan.correspondence, scanner.rig)
+    mesh = surface(scan.correspondence, scanner.rig, radiance=scan.radiance)
     truth = simulation.truth
     return {
         "vertices_mm": mesh.vertices_mm,

@@ -105,6 +105,7 @@ def scan_adaptive(
         pattern=last.shown.frames[-1],
         image=last.images[-1],
         intensity=intensity.astype(np.float32),
+        radiance=response.radiance,
         notes={"rounds": 2.0},
     )
 

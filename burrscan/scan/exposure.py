@@ -45,6 +45,11 @@ class Response:
         signal: Floats32 = np.maximum(self.white_e_per_ms - self.black_e_per_ms, 0.0)
         return signal
 
+    @property
+    def radiance(self) -> Floats32:
+        """(h, w) the same, NaN where it is but a lower bound."""
+        return np.where(self.clipped, np.float32(np.nan), self.signal_e_per_ms)
+
 
 def ladder_ms(camera: CameraSheet, *, ratio: float) -> tuple[float, ...]:
     """Exposures from the longest to the shortest the camera offers, in even ratios of at most ``ratio``."""

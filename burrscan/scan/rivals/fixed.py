@@ -55,10 +55,10 @@ def scan_fixed(
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")
     chosen = family(width=scanner.rig.projector.width, **given)
-    spent = 0
+    spent, radiance = 0, None
     if exposure_ms is None:
         response = bracket(scanner)
-        spent = response.frames
+        spent, radiance = response.frames, response.radiance
         exposure_ms = best_exposure_ms(
             response,
             camera=scanner.camera,
@@ -77,4 +77,5 @@ def scan_fixed(
         saturated=np.asarray((images >= scanner.camera.clipped_dn).any(axis=0)),
         pattern=shown.frames[-1],
         image=images[-1],
+        radiance=radiance,
     )

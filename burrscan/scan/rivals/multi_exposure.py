@@ -10,7 +10,7 @@ from burrscan.codes import METHODS as CODES
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Correspondence, Scan
 from burrscan.linear import linear
-from burrscan.scan.exposure import bracket, even, usable_at
+from burrscan.scan.exposure import Response, bracket, even, usable_at
 from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
 
@@ -47,7 +47,7 @@ def scan_multi_exposure(
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")
     chosen = family(width=scanner.rig.projector.width, **given)
-    times, spent = choose_exposures_ms(scanner, count=exposures)
+    times, response = choose_exposures_ms(scanner, count=exposures)
     shown = patterns(chosen.light, chosen.names, view=scanner.rig.projector, sheet=scanner.projector)
     saturated = np.ones(scanner.rig.camera.shape, bool)
     found: list[Correspondence] = []
@@ -57,17 +57,18 @@ def scan_multi_exposure(
         found.append(chosen.decode(images, scanner.camera))
     return Scan(
         correspondence=finest(found),
-        frames=spent + len(times) * len(shown) + 1,
+        frames=response.frames + len(times) * len(shown) + 1,
         exposures_ms=times,
         white=scanner.capture(even(scanner, levels=(255,)), times[0])[0],
         saturated=saturated,
         pattern=shown.frames[-1],
         image=images[-1],
+        radiance=response.radiance,
     )
 
 
-def choose_exposures_ms(scanner: Scanner, *, count: int) -> tuple[tuple[float, ...], int]:
-    """Exposures that together serve most pixels, greedily, and the frames it took to find out."""
+def choose_exposures_ms(scanner: Scanner, *, count: int) -> tuple[tuple[float, ...], Response]:
+    """Exposures that together serve most pixels, greedily, and the bracket that told them."""
     response = bracket(scanner, black_rungs=2)
     camera = scanner.camera
     exposures = np.geomspace(*camera.exposure_range_ms, _CANDIDATES)
@@ -78,7 +79,7 @@ def choose_exposures_ms(scanner: Scanner, *, count: int) -> tuple[tuple[float, .
         best = _CANDIDATES - 1 - int(np.argmax(served.sum(axis=1)[::-1]))
         chosen.append(float(exposures[best]))
         served &= ~served[best]
-    return tuple(chosen), response.frames
+    return tuple(chosen), response
 
 
 def finest(found: list[Correspondence]) -> Correspondence:

@@ -56,10 +56,10 @@ def scan_rows_and_columns(
     family = resolve(code, CODES, stage="code")
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")
-    spent = 0
+    spent, radiance = 0, None
     if exposure_ms is None:
         response = bracket(scanner)
-        spent = response.frames
+        spent, radiance = response.frames, response.radiance
         exposure_ms = best_exposure_ms(
             response,
             camera=scanner.camera,
@@ -85,6 +85,7 @@ def scan_rows_and_columns(
         saturated=np.asarray((of_columns >= full).any(axis=0) | (of_rows >= full).any(axis=0)),
         pattern=across.frames[-1],
         image=of_columns[-1],
+        radiance=radiance,
     )
 
 
