@@ -75,12 +75,13 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
 
 
 def _slope(u_px: Floats, direction: int) -> Floats:
-    """Change of the column per pixel; 0 where it jumps or is not known."""
+    """Change of the column per pixel: the mean of both sides, or of the one that is known and has no jump."""
     before, after = _neighbours(u_px, direction)
+    steps = np.stack([u_px - before, after - u_px])
     with np.errstate(invalid="ignore"):
-        slope = 0.5 * (after - before)
-        smooth = (np.abs(u_px - before) <= _LONGEST_STEP_PX) & (np.abs(after - u_px) <= _LONGEST_STEP_PX)
-    return np.where(smooth, slope, 0.0)
+        steps = np.where(np.abs(steps) <= _LONGEST_STEP_PX, steps, np.nan)
+    known = np.isfinite(steps)
+    return np.asarray(np.nan_to_num(steps).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
 
 
 def _neighbours(image: Floats, direction: int) -> tuple[Floats, Floats]:

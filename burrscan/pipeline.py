@@ -24,9 +24,10 @@ from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
+from burrscan.sight import Sight
 from burrscan.strays import WILD, beyond
 from burrscan.surface import Surface
-from burrscan.variants import check_call, check_parameters, resolve
+from burrscan.variants import check_call, check_parameters, resolve, takes
 from burrscan.welding import welded
 
 Mesh = tuple[Floats, Ints32, Floats | None]
@@ -158,14 +159,20 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     surface = _timed(
         timings, "surface", surface_of, scan.correspondence, scanner.rig, radiance=scan.radiance
     )
+    sight = None if scan.radiance is None else Sight(scan.radiance, surface.points_mm, scanner.rig)
     inspection = inspect_surface(
-        surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm
+        surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm, sight=sight
     )
     return Outcome(scan, surface, replace(inspection, timings_s={**timings, **inspection.timings_s}))
 
 
 def inspect_surface(
-    vertices_mm: Floats, faces: Ints32, pipeline: Pipeline, *, sigma_mm: Floats | float | None = None
+    vertices_mm: Floats,
+    faces: Ints32,
+    pipeline: Pipeline,
+    *,
+    sigma_mm: Floats | float | None = None,
+    sight: Sight | None = None,
 ) -> Inspection:
     """Find axis, generatrix and burrs on a mesh.
 
@@ -180,6 +187,8 @@ def inspect_surface(
         Stated standard deviation of the vertices, one or (V,). Unless every vertex has its own, as in a scan,
         a mesh whose facets are those of a drawing is sampled before its generatrix and its burrs are looked
         for (:mod:`burrscan.drawing`).
+    sight
+        What a scan saw besides, in the frame of the vertices, for a burrs method with a parameter of that name.
 
     Raises
     ------
@@ -196,7 +205,8 @@ def inspect_surface(
 
     def stage(kind: str, mesh: Mesh, *given: Any) -> Any:
         function = stage_function(getattr(pipeline, kind), kind)
-        return _timed(timings, kind, function, *mesh[:2], *given, sigma_mm=mesh[2])
+        seen = {"sight": sight} if kind == "burrs" and takes(function, "sight") else {}
+        return _timed(timings, kind, function, *mesh[:2], *given, sigma_mm=mesh[2], **seen)
 
     mesh: Mesh = (vertices, used, sigma)
     axis = _noted("axis", in_sense, stage("axis", mesh), method=pipeline.axis.method)

@@ -166,6 +166,11 @@ def check_call(
         raise InputError(f"{stage}: cannot be called as ({call}): {error}; it is {signature}") from error
 
 
+def takes(function: Callable[..., Any], name: str) -> bool:
+    """Whether a function has a parameter of that name that can be given by name."""
+    return name in _signature(function, "method").parameters
+
+
 def _signature(function: Callable[..., Any], stage: str) -> inspect.Signature:
     try:
         return inspect.signature(function)

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
+from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, height_of, misfit_of
@@ -181,7 +181,9 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, lim
         length_mm=length,
         area_mm2=area,
         volume_mm3=Value(area.value * length.value, volume_sigma),
-        T_mesh_burr=_pose(field, vertex, frame.direction, angle.value, axis),
+        T_mesh_burr=pose_on_surface(
+            field.foot[vertex], field.normal[vertex], float(angle.value), frame.direction, axis
+        ),
         significance=site.significance,
         within_limit=None if limit_mm is None else height.value <= limit_mm,
     )
@@ -211,18 +213,3 @@ def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge, vertex: int) 
     z = field.foot[site.chosen[on], 0] if on.any() else field.foot[site.chosen, 0]
     middle = field.foot[vertex, 0]
     return float(min(z.min(), middle)), float(max(z.max(), middle))
-
-
-def _pose(field: Field, vertex: int, direction: Floats, angle: float, axis: Axis) -> Floats:
-    """T_mesh_burr: origin on the generatrix surface under the burr, x along it, z outwards."""
-    (z, r), (nz, nr) = field.foot[vertex], field.normal[vertex]
-    outward = np.array([np.cos(angle), np.sin(angle), 0.0])
-    around = np.array([-np.sin(angle), np.cos(angle), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    normal = nr * outward + nz * up
-    along = direction[0] * around + direction[1] * (nr * up - nz * outward)
-    pose = np.eye(4)
-    pose[:3, 0], pose[:3, 1], pose[:3, 2] = along, np.cross(normal, along), normal
-    pose[:3, 3] = r * outward + z * up
-    result: Floats = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction)) @ pose
-    return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,9 +11,13 @@ from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
+from burrscan.burrs.light.call import belongs, called
+from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.inspection import Axis, Burr, Generatrix, Value
+from burrscan.sight import Sight
 
 _MARGIN = 4
 """Cells around a region that its ridge is fitted with."""
@@ -30,6 +35,8 @@ def burrs_residual(
     sigma_mm: Floats | float | None = None,
     limit_mm: float | None = None,
     false_calls_per_wheel: float = 1e-6,
+    sight: Sight | None = None,
+    widest_mm: float = 3.0,
 ) -> tuple[Burr, ...]:
     """Find every anomaly that noise would not show.
 
@@ -47,6 +54,12 @@ def burrs_residual(
     false_calls_per_wheel
         How many false burrs Gaussian noise may cause on a wheel without any, on average. The default leaves
         room for the heavier tails of real scans.
+    sight
+        What a scan saw besides the mesh. Where its light and its depth are both not the surface's there is an
+        anomaly, though the depth alone may show none, or show light that bounced: see
+        :mod:`burrscan.burrs.light.disturbed`.
+    widest_mm
+        Width of the widest burr that the light is asked for.
 
     Returns
     -------
@@ -60,8 +73,30 @@ def burrs_residual(
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
+    certain = _certain(field, found, axis, limit_mm, false_calls_per_wheel)
+    seen: list[Burr] = []
+    if sight is not None:
+        surface, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
+        certain, dark = _told_by_light(certain, places, surface)
+        seen = [called(place, surface, axis, limit_mm=limit_mm) for place in dark]
+    kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
+    return (*(certain[i].burr for i in kept), *seen)
+
+
+class _Certain(NamedTuple):
+    """A burr that its depth shows, and its height in standard deviations."""
+
+    region: Region
+    burr: Burr
+    size: float
+
+
+def _certain(
+    field: Field, found: list[Region], axis: Axis, limit_mm: float | None, false_calls_per_wheel: float
+) -> list[_Certain]:
+    """What is left of the regions when the errors that neighbours share are counted."""
     if not found:
-        return ()
+        return []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
     doubt, certain = doubt_of(field), []
     for region, site in _sites(field, found):
@@ -75,9 +110,22 @@ def burrs_residual(
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
-            certain.append((region, _less_sure(burr, shared_mm), size))
-    kept = without_satellites(field, [region for region, _, _ in certain], [size for _, _, size in certain])
-    return tuple(certain[i][1] for i in kept)
+            certain.append(_Certain(region, _less_sure(burr, shared_mm), size))
+    return certain
+
+
+def _told_by_light(
+    certain: list[_Certain], places: list[Place], surface: Unrolled
+) -> tuple[list[_Certain], list[Place]]:
+    """The burrs without those of the other side than the light tells, and the places that no burr is left at."""
+    dark = []
+    for place in places:
+        here = [belongs(one.burr, place, surface) for one in certain]
+        same = [(one.burr.side == "protrusion") == (place.side > 0) for one in certain]
+        if not any(a and b for a, b in zip(here, same, strict=True)):
+            dark.append(place)
+        certain = [one for one, a, b in zip(certain, here, same, strict=True) if b or not a]
+    return certain, dark
 
 
 def _less_sure(burr: Burr, shared_mm: float) -> Burr:

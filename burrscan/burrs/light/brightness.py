@@ -1,0 +1,99 @@
+"""How bright a cell should be, told by its parallel: one finish, one lobe, a smooth curve around the axis.
+
+The logarithm of a lobe (Gaussian, Beckmann, the core of GGX) is a parabola in the angle near its top and
+nearly straight on its flanks, so a parabola through what lies to both sides of a place predicts it, whatever
+the finish.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from burrscan.arrays import Bools, Floats
+
+_PASSES = 3
+"""Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
+_TUKEY = 4.685
+"""In robust deviations, where a neighbour no longer counts: 95 % efficient for Gaussian noise (Huber 1981)."""
+_LEAST_SHARE = 0.3
+"""Share of the window that must be open: less is all on one side, and a parabola extrapolates badly."""
+_LEAST_ROW = 20
+"""Cells from which a row's own scatter is taken; a shorter row takes that of all."""
+_CALMEST = 0.5
+"""A row is not taken to be calmer than this share of the whole: its scatter is an estimate, too."""
+
+
+def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Floats, Floats, Floats]:
+    """Brightness less what the parallel predicts.
+
+    Parameters
+    ----------
+    brightness
+        (rows, columns) logarithm of the light.
+    known
+        True where it is to be believed.
+    half, gap
+        Columns to each side that predict a cell, without the nearest ``gap``.
+
+    Returns
+    -------
+    tuple
+        (rows, columns) excess, NaN where there is no prediction; (rows, columns) the prediction; (rows,)
+        robust standard deviation of the excess. O(cells · half).
+
+    """
+    weight = known.astype(float)
+    scatter = np.full(len(brightness), np.inf)
+    values = np.where(known, brightness, 0.0)
+    for _ in range(_PASSES):
+        predicted = _parabolas(values, weight, half, gap, _LEAST_SHARE)
+        rest = np.where(known, brightness - predicted, np.nan)
+        scatter = _scatter(rest)
+        share = np.nan_to_num(rest / (_TUKEY * scatter[:, None]), nan=np.inf)
+        weight = known * np.where(np.abs(share) < 1.0, (1.0 - np.minimum(share**2, 1.0)) ** 2, 0.0)
+    return rest, predicted, scatter
+
+
+def _scatter(rest: Floats) -> Floats:
+    """Robust standard deviation of every row."""
+    size = np.abs(rest)
+    count = np.isfinite(size).sum(axis=1)
+    whole = float(np.nanmedian(size)) if count.any() else 0.0
+    rows = np.array([np.nanmedian(r) if n >= _LEAST_ROW else whole for r, n in zip(size, count, strict=True)])
+    return 1.4826 * np.maximum(rows, max(_CALMEST * whole, 1e-6))
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _parabolas(values: Floats, weight: Floats, half: int, gap: int, least: float) -> Floats:
+    """The value at every cell of a weighted parabola through its row's neighbours; NaN with too few."""
+    rows, columns = values.shape
+    out = np.full((rows, columns), np.nan)
+    full = 0.0
+    for k in range(gap + 1, half + 1):
+        full += 2.0 * (1.0 - (k / (half + 1.0)) ** 2)
+    for i in prange(rows):
+        for j in range(columns):
+            s0, s1, s2, s3, s4, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(-half, half + 1):
+                if abs(k) <= gap or not 0 <= j + k < columns or weight[i, j + k] == 0.0:
+                    continue
+                x = k / half
+                w = weight[i, j + k] * (1.0 - (k / (half + 1.0)) ** 2)
+                y = values[i, j + k]
+                s0 += w
+                s1 += w * x
+                s2 += w * x * x
+                s3 += w * x * x * x
+                s4 += w * x * x * x * x
+                b0 += w * y
+                b1 += w * x * y
+                b2 += w * x * x * y
+            if s0 < least * full:
+                continue
+            # Cramer's rule for the constant term
+            det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
+            top = b0 * (s2 * s4 - s3 * s3) - s1 * (b1 * s4 - b2 * s3) + s2 * (b1 * s3 - b2 * s2)
+            if det > 1e-9 * s0**3:
+                out[i, j] = top / det
+    return out

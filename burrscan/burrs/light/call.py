@@ -1,0 +1,65 @@
+"""Disturbed places become burrs, and decide the side of what the depth alone shows there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.burrs.light.disturbed import Place
+from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.burrs.pose import pose_on_surface
+from burrscan.inspection import Axis, Burr, Value
+
+_HEIGHT_PER_WIDTH = 0.7
+_HEIGHT_SIGMA = 0.17
+"""What is disturbed is the base and what the burr hides. The base is between half and twice the height, what
+it hides about a third of it: height over width is evenly spread from 0.4 to 1.0, 0.7 with sigma 0.17."""
+_REACH_CELLS = 2.0
+"""A call belongs to a place that it overlaps, or nearly."""
+
+
+def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
+    """Whether a burr called by its depth stands at a disturbed place."""
+    rows, columns = np.nonzero(place.cells)
+    reach = _REACH_CELLS * surface.step_mm
+    z, r = surface.z_mm[rows], float(surface.r_mm[rows].mean())
+    if burr.z_end_mm.value < z.min() - reach or burr.z_start_mm.value > z.max() + reach:
+        return False
+    turn = np.angle(np.exp(1j * (surface.angle[columns] - np.radians(burr.angle_deg.value))))
+    half = 0.5 * burr.width_mm.value if np.isfinite(burr.width_mm.value) else 0.0
+    return bool(np.abs(turn).min() * r <= reach + half)
+
+
+def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | None) -> Burr:
+    """A burr of which the light tells the place and the extent, and the depth no height.
+
+    Its height follows from the width of what is disturbed, and its sigma says how little that is. O(cells).
+    """
+    rows, columns = np.nonzero(place.cells)
+    each = np.bincount(rows)[np.unique(rows)]
+    middle = int(np.argmin(np.abs(np.arange(len(surface.z_mm)) - np.median(rows))))
+    step, r = surface.step_mm, float(surface.r_mm[middle])
+    turn = float(surface.angle[1] - surface.angle[0])
+    width = float(np.median(each)) * turn * r
+    turned = surface.angle[columns] - surface.angle[0]
+    angle = float(surface.angle[0] + np.mean(turned))
+    z, length = surface.z_mm[rows], len(each) * step
+    height = Value(_HEIGHT_PER_WIDTH * width, _HEIGHT_SIGMA * width)
+    place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
+    area_sigma = 0.5 * height.sigma * width
+    foot: Floats = np.array([surface.z_mm[middle], r])
+    upwards = np.array([0.0, 1.0])
+    return Burr(
+        side="protrusion" if place.side > 0 else "nick",
+        angle_deg=Value(float(np.degrees(np.angle(np.exp(1j * angle)))), float(np.degrees(place_sigma / r))),
+        z_start_mm=Value(float(z.min()) - 0.5 * step, step),
+        z_end_mm=Value(float(z.max()) + 0.5 * step, step),
+        height_mm=height,
+        width_mm=Value(width, place_sigma),
+        length_mm=Value(length, step),
+        area_mm2=Value(area, area_sigma),
+        volume_mm3=Value(area * length, area_sigma * length),
+        T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle, upwards, axis),
+        significance=float(np.sqrt(place.cells.sum())),
+        within_limit=None if limit_mm is None else height.value <= limit_mm,
+    )

@@ -1,0 +1,156 @@
+"""Places where both the brightness and the depth are not the surface's: there something stands or is missing.
+
+A stain, a scratch or chatter changes the light alone: the depth there is the surface's. Noise and edges change
+the depth alone. A burr changes both: its flanks mirror, it hides what is behind it and casts a shadow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from burrscan.arrays import Bools, Floats
+from burrscan.burrs.light.brightness import excess
+from burrscan.burrs.light.unrolled import Unrolled, unrolled
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Axis, Generatrix
+from burrscan.sight import Sight
+
+_LIGHT_Z = 4.0
+"""Standard deviations by which the light is off."""
+_LEAST_CONTRAST = 0.12
+"""Least excess of the logarithm of the light: what finishes vary by from place to place."""
+_LONE_CONTRAST = 0.5
+"""Least median excess of a place where hardly any depth was measured: light alone must tell, by a factor 1.6."""
+_DEPTH_Z = 5.0
+"""Robust standard deviations by which the depth is off, beyond what noise shows on 100,000 cells."""
+_LEAST_CELLS = 15
+"""Cells of a place; fewer are a spot."""
+_LEAST_ROWS = 5
+"""Rows that a place spans: what runs along a single parallel is an edge of the part."""
+_LEAST_FILL = 1.0
+"""Disturbed cells of each row that a place spans, on average."""
+_RARE = 0.05
+"""A place is none where so large a share of its parallels is like it all the way round: that is the part."""
+_DIM = 2.0
+"""Nothing is missed where light is predicted to be no more than so many times the dimmest that was measured."""
+_SEEN_SHARE = 0.05
+"""Share of the measured cells that are dimmer than the dimmest light that counts as measurable."""
+_HIDES = 2.0
+"""Cells above the surface that one unmeasured cell speaks for: what stands up hides what is behind it and
+shades it, the walls of a nick are seen."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """One disturbed place.
+
+    Parameters
+    ----------
+    cells
+        (rows, columns) of the unrolled surface.
+    above, below, unmeasured
+        Cells whose depth lies outside, inside, and that have none.
+    contrast
+        Median excess of the logarithm of the light.
+
+    """
+
+    cells: Bools
+    above: int
+    below: int
+    unmeasured: int
+    contrast: float
+
+    @property
+    def depth_tells(self) -> bool:
+        """Whether at least half of the place has a depth."""
+        return self.above + self.below >= self.unmeasured
+
+    @property
+    def side(self) -> int:
+        """+1 where material is too much, -1 where it is missing."""
+        return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
+
+
+def disturbed(
+    sight: Sight, axis: Axis, generatrix: Generatrix, *, widest_mm: float
+) -> tuple[Unrolled, list[Place]]:
+    """Every disturbed place of what camera and projector both see, largest first.
+
+    Parameters
+    ----------
+    sight
+        What the scan saw.
+    axis, generatrix
+        The fitted surface.
+    widest_mm
+        Width of the widest burr that is looked for.
+
+    Notes
+    -----
+    O(cells · widest_mm / cell).
+
+    """
+    surface = unrolled(axis, generatrix, sight.rig)
+    light = surface.sampled(np.nan_to_num(sight.radiance.astype(float)), order=1)
+    known = surface.open & (light > 0.0)
+    gap = max(round(0.5 * widest_mm / surface.step_mm), 2)
+    half = max(round(2.7 * widest_mm / surface.step_mm), 4 * gap)
+    with np.errstate(divide="ignore"):
+        rest, predicted, scatter = excess(np.log(light), known, half=half, gap=gap)
+    measured, deviation = _depth(sight, axis, generatrix, surface)
+    off = measured & (np.abs(deviation) > _DEPTH_Z * _spread(deviation, measured & surface.open)[:, None])
+    dimmest = np.quantile(light[known & measured], _SEEN_SHARE) if (known & measured).any() else np.inf
+    hole = ~measured & (predicted > np.log(_DIM * dimmest))
+    strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
+    found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
+    places = [_place(cells, hole, deviation, rest) for cells in found]
+    return surface, [one for one in places if one.depth_tells or abs(one.contrast) >= _LONE_CONTRAST]
+
+
+def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:
+    """Where the cells' pixels were measured, and their deviation."""
+    shape = sight.points_mm.shape[:2]
+    deviation = deviation_mm(sight.points_mm.reshape(-1, 3), axis, generatrix).reshape(shape)
+    share = surface.sampled(np.isfinite(sight.points_mm[..., 2]).astype(float), order=1)
+    return share >= 0.5, surface.sampled(np.nan_to_num(deviation), order=0)
+
+
+def _spread(deviation: Floats, known: Bools) -> Floats:
+    """(rows,) robust standard deviation of the depth, never below that of half of all."""
+    size = np.where(known, np.abs(deviation), np.nan)
+    whole = float(np.nanmedian(size)) if known.any() else 0.0
+    rows = [np.nanmedian(row) if np.isfinite(row).sum() > 20 else whole for row in size]
+    return 1.4826 * np.maximum(rows, max(0.5 * whole, 1e-9))
+
+
+def _places(core: Bools, off: Bools, open_cells: Bools) -> list[Bools]:
+    """Connected cells about the core, largest first, that are not like their parallels all the way round."""
+    near = np.ones((3, 3), bool)
+    labels, count = ndimage.label(ndimage.binary_dilation(core, near) & off, near)
+    large = []
+    for number, box in enumerate(ndimage.find_objects(labels, count), 1):
+        cells = labels == number
+        size = int((core & cells).sum())
+        rows = int(cells.any(axis=1).sum())
+        if size >= max(_LEAST_CELLS, _LEAST_FILL * rows) and rows >= _LEAST_ROWS:
+            large.append((size, box[0], cells))
+    # one burr is no reason to doubt another on the same parallels
+    others = np.logical_or.reduce([cells for _, _, cells in large]) if large else np.zeros(core.shape, bool)
+    beside = open_cells & ~ndimage.binary_dilation(others, near, iterations=4)
+    kept = [one for one in large if beside[one[1]].any() and core[one[1]][beside[one[1]]].mean() <= _RARE]
+    return [cells for _, _, cells in sorted(kept, key=lambda one: -one[0])]
+
+
+def _place(cells: Bools, hole: Bools, deviation: Floats, rest: Floats) -> Place:
+    depth = deviation[cells & ~hole]
+    return Place(
+        cells,
+        above=int((depth > 0.0).sum()),
+        below=int((depth < 0.0).sum()),
+        unmeasured=int((cells & hole).sum()),
+        contrast=float(np.nan_to_num(np.nanmedian(rest[cells])) if np.isfinite(rest[cells]).any() else 0.0),
+    )

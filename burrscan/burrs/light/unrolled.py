@@ -1,0 +1,120 @@
+"""The fitted surface unrolled: cells of arc length and angle, and where camera and projector see them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from burrscan.arrays import Bools, Floats
+from burrscan.axis.basis import T_part_mesh
+from burrscan.generatrix.polyline import polyline_of
+from burrscan.inspection import Axis, Generatrix
+from burrscan.rig import Rig, View
+
+_GRAZING = 0.25
+"""Cosine of the steepest angle (75 degrees) at which a cell is looked at: beyond it a pixel sees many cells."""
+_BEHIND_CELLS = 3.0
+"""Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
+_BORDER_CELLS = 2
+"""What is seen and lit is trusted so far from its border: shadows have penumbras, pixels have footprints."""
+
+
+@dataclass(frozen=True)
+class Unrolled:
+    """Cells of the surface, (rows, columns) along the generatrix and around the axis.
+
+    Parameters
+    ----------
+    z_mm, r_mm
+        (rows,) places on the generatrix, part frame.
+    normal
+        (rows, 2) outward normal (z, r) there.
+    angle
+        (columns,) radians in the part frame, around the side that the camera sees.
+    pixel
+        (2, rows, columns) camera row and column of each cell's middle.
+    open
+        True where camera and projector both reach the cell and are well away from losing it.
+    step_mm
+        Size of a cell along the curve; around it is that at the largest radius.
+
+    """
+
+    z_mm: Floats
+    r_mm: Floats
+    normal: Floats
+    angle: Floats
+    pixel: Floats
+    open: Bools
+    step_mm: float
+
+    def sampled(self, image: Floats, *, order: int) -> Floats:
+        """(rows, columns) values of a camera image (h, w) at the cells; of order 0 or 1, 0 outside."""
+        return np.asarray(ndimage.map_coordinates(image, self.pixel, order=order, mode="constant"))
+
+
+def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
+    """Unroll the half of a surface that faces the camera, in cells as large as a pixel's footprint.
+
+    Hidden is what lies behind another cell, for the camera or for the projector. O(cells).
+    """
+    T_camera_part = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction))
+    to_camera = -T_camera_part[:3, :3].T @ T_camera_part[:3, 3]
+    step = float(np.linalg.norm(to_camera)) / rig.camera.fx
+    place, normal = _places(generatrix, step)
+    turn = step / float(place[:, 1].max())
+    half = int(0.5 * np.pi / turn)
+    angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
+    points, normals = (_turned(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
+    points = points + T_camera_part[:3, 3]
+    seen, pixel = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
+    lit, _ = _reached(
+        points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step
+    )
+    solid = ndimage.binary_closing(seen & lit, np.ones((3, 3), bool))
+    inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
+    return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, seen & lit & inner, step)
+
+
+def _places(generatrix: Generatrix, step: float) -> tuple[Floats, Floats]:
+    """Places (z, r) every step along the generatrix, and the outward normals there."""
+    line = polyline_of(generatrix)
+    along = np.concatenate([line.along_mm, [line.along_mm[-1] + line.lengths_mm[-1]]])
+    at = np.arange(0.5 * step, along[-1], step)
+    segment = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(line.starts) - 1)
+    t = (at - along[segment]) / line.lengths_mm[segment]
+    place = line.nodes_mm[line.starts[segment]] + t[:, None] * line.steps_mm[segment]
+    return np.maximum(place, [[-np.inf, 1e-9]]), line.normals[segment]
+
+
+def _turned(meridian: Floats, angle: Floats) -> Floats:
+    """(rows, columns, 3) of (z, r) pairs turned about the axis."""
+    z, r = meridian[:, :1], meridian[:, 1:]
+    x, y = r * np.cos(angle), r * np.sin(angle)
+    return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1)
+
+
+def _reached(
+    points: Floats, normals: Floats, centre: Floats, T_device_camera: Floats, view: View, step: float
+) -> tuple[Bools, Floats]:
+    """Which cells a device reaches, and their (row, column) in its raster."""
+    local = points @ T_device_camera[:3, :3].T + T_device_camera[:3, 3]
+    pixel = np.moveaxis(view.project(local), -1, 0)[::-1]
+    towards = centre - points
+    distance = np.linalg.norm(towards, axis=-1)
+    facing = (normals * towards).sum(axis=-1) / distance > _GRAZING
+    return facing & _nearest(pixel, distance, view.shape, facing, _BEHIND_CELLS * step), pixel
+
+
+def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: float) -> Bools:
+    """Which cells nothing hides: a depth buffer of the facing cells, each as wide as its neighbours' gap."""
+    row, column = np.rint(pixel).astype(np.int64)
+    inside = facing & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
+    buffer = np.full(shape, np.inf)
+    np.minimum.at(buffer, (row[inside], column[inside]), distance[inside])
+    buffer = ndimage.minimum_filter(buffer, 3)
+    found = np.zeros(distance.shape, bool)
+    found[inside] = distance[inside] <= buffer[row[inside], column[inside]] + slack
+    return found
