@@ -16,8 +16,10 @@ _PASSES = 3
 """Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
 _TUKEY = 4.685
 """In robust deviations, where a neighbour no longer counts: 95 % efficient for Gaussian noise (Huber 1981)."""
+_LEAST_WEIGHT = 1e-3
+"""Of a neighbour that misfits: on the top of a narrow highlight all do, and are fitted by least squares then."""
 _LEAST_SHARE = 0.3
-"""Share of the window that must be open: less is all on one side, and a parabola extrapolates badly."""
+"""Share of the window that must be known: less is all on one side, and a parabola extrapolates badly."""
 _LEAST_ROW = 20
 """Cells from which a row's own scatter is taken; a shorter row takes that of all."""
 _CALMEST = 0.5
@@ -50,8 +52,8 @@ def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Fl
         predicted = _parabolas(values, weight, half, gap, _LEAST_SHARE)
         rest = np.where(known, brightness - predicted, np.nan)
         scatter = _scatter(rest)
-        share = np.nan_to_num(rest / (_TUKEY * scatter[:, None]), nan=np.inf)
-        weight = known * np.where(np.abs(share) < 1.0, (1.0 - np.minimum(share**2, 1.0)) ** 2, 0.0)
+        share = np.nan_to_num(rest / (_TUKEY * scatter[:, None]), nan=1.0)
+        weight = known * np.maximum((1.0 - np.minimum(share**2, 1.0)) ** 2, _LEAST_WEIGHT)
     return rest, predicted, scatter
 
 
@@ -69,15 +71,15 @@ def _parabolas(values: Floats, weight: Floats, half: int, gap: int, least: float
     """The value at every cell of a weighted parabola through its row's neighbours; NaN with too few."""
     rows, columns = values.shape
     out = np.full((rows, columns), np.nan)
-    full = 0.0
-    for k in range(gap + 1, half + 1):
-        full += 2.0 * (1.0 - (k / (half + 1.0)) ** 2)
+    full = 2 * (half - gap)
     for i in prange(rows):
         for j in range(columns):
             s0, s1, s2, s3, s4, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            found = 0
             for k in range(-half, half + 1):
                 if abs(k) <= gap or not 0 <= j + k < columns or weight[i, j + k] == 0.0:
                     continue
+                found += 1
                 x = k / half
                 w = weight[i, j + k] * (1.0 - (k / (half + 1.0)) ** 2)
                 y = values[i, j + k]
@@ -89,7 +91,7 @@ def _parabolas(values: Floats, weight: Floats, half: int, gap: int, least: float
                 b0 += w * y
                 b1 += w * x * y
                 b2 += w * x * x * y
-            if s0 < least * full:
+            if found < least * full:
                 continue
             # Cramer's rule for the constant term
             det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)

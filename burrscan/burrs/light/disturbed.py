@@ -34,10 +34,11 @@ _LEAST_FILL = 1.0
 """Disturbed cells of each row that a place spans, on average."""
 _RARE = 0.05
 """A place is none where so large a share of its parallels is like it all the way round: that is the part."""
-_DIM = 2.0
-"""Nothing is missed where light is predicted to be no more than so many times the dimmest that was measured."""
-_SEEN_SHARE = 0.05
-"""Share of the measured cells that are dimmer than the dimmest light that counts as measurable."""
+_MEASURABLE = 0.5
+"""Nothing is missed where light as strong as predicted was measured at a smaller share of the surface;
+the holes of large burrs are among the rest."""
+_LEVEL = 0.4
+"""Light is as strong within this of its logarithm, a factor 1.5."""
 _HIDES = 2.0
 """Cells above the surface that one unmeasured cell speaks for: what stands up hides what is behind it and
 shades it, the walls of a nick are seen."""
@@ -54,7 +55,7 @@ class Place:
     above, below, unmeasured
         Cells whose depth lies outside, inside, and that have none.
     contrast
-        Median excess of the logarithm of the light.
+        Median size of the excess of the logarithm of the light.
 
     """
 
@@ -103,12 +104,11 @@ def disturbed(
         rest, predicted, scatter = excess(np.log(light), known, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
     off = measured & (np.abs(deviation) > _DEPTH_Z * _spread(deviation, measured & surface.open)[:, None])
-    dimmest = np.quantile(light[known & measured], _SEEN_SHARE) if (known & measured).any() else np.inf
-    hole = ~measured & (predicted > np.log(_DIM * dimmest))
+    hole = ~measured & _measurable(predicted, measured, surface.open)
     strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
     places = [_place(cells, hole, deviation, rest) for cells in found]
-    return surface, [one for one in places if one.depth_tells or abs(one.contrast) >= _LONE_CONTRAST]
+    return surface, [one for one in places if one.depth_tells or one.contrast >= _LONE_CONTRAST]
 
 
 def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:
@@ -117,6 +117,15 @@ def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) 
     deviation = deviation_mm(sight.points_mm.reshape(-1, 3), axis, generatrix).reshape(shape)
     share = surface.sampled(np.isfinite(sight.points_mm[..., 2]).astype(float), order=1)
     return share >= 0.5, surface.sampled(np.nan_to_num(deviation), order=0)
+
+
+def _measurable(predicted: Floats, measured: Bools, open_cells: Bools) -> Bools:
+    """Cells for which light as strong as predicted was measured nearly everywhere."""
+    known = open_cells & np.isfinite(predicted)
+    level = np.zeros(predicted.shape, np.int64)
+    level[known] = np.floor((predicted[known] - predicted[known].min(initial=np.inf)) / _LEVEL)
+    seen = np.bincount(level[known], measured[known]) / np.maximum(np.bincount(level[known]), 1)
+    return known & (seen[level] >= _MEASURABLE) if known.any() else known
 
 
 def _spread(deviation: Floats, known: Bools) -> Floats:
@@ -152,5 +161,5 @@ def _place(cells: Bools, hole: Bools, deviation: Floats, rest: Floats) -> Place:
         above=int((depth > 0.0).sum()),
         below=int((depth < 0.0).sum()),
         unmeasured=int((cells & hole).sum()),
-        contrast=float(np.nan_to_num(np.nanmedian(rest[cells])) if np.isfinite(rest[cells]).any() else 0.0),
+        contrast=float(np.nanmedian(np.abs(rest[cells]))),
     )
