@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs.crest import no_lower_than_its_crest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
-from burrscan.burrs.light.call import belongs, called
+from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
@@ -107,6 +108,7 @@ def _certain(
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis, limit_mm=limit_mm)
         if burr is None:
             continue
+        burr = no_lower_than_its_crest(burr, field, _inside(field, site))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
@@ -124,7 +126,11 @@ def _told_by_light(
         same = [(one.burr.side == "protrusion") == (place.side > 0) for one in certain]
         if not any(a and b for a, b in zip(here, same, strict=True)):
             dark.append(place)
-        certain = [one for one, a, b in zip(certain, here, same, strict=True) if b or not a]
+        certain = [
+            one._replace(burr=doubted(one.burr, place, surface)) if a else one
+            for one, a, b in zip(certain, here, same, strict=True)
+            if b or not a
+        ]
     return certain, dark
 
 
@@ -154,14 +160,19 @@ def _crest(field: Field, doubt: Doubt, site: Site) -> tuple[Ints, float, Noise]:
     What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.noise.border`, and spoils
     what is beside it.
     """
-    every = site.chosen[site.on]
-    on = every[~field.border[every]]
+    every, on = site.chosen[site.on], _inside(field, site)
     lift = site.sign * field.deviation_mm[on]
     if np.count_nonzero(lift > 0.0) < _FEWEST_INSIDE:
         return on[:0], 0.0, Noise(0.0, 0.0)
     high = float(np.quantile(lift[lift > 0.0], 0.8))
     crest: Ints = on[lift >= 0.5 * high]
     return crest, high, noise_around(field, doubt, crest, site.chosen, ragged=2 * len(on) < len(every))
+
+
+def _inside(field: Field, site: Site) -> Ints:
+    """The vertices that belong to an anomaly and are not on the border of the mesh."""
+    every = site.chosen[site.on]
+    return every[~field.border[every]]
 
 
 def _looks(field: Field, crest: Ints, burr: Burr, axis: Axis) -> float:

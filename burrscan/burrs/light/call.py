@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from burrscan.arrays import Floats
@@ -14,6 +16,8 @@ _HEIGHT_PER_WIDTH = 0.7
 _HEIGHT_SIGMA = 0.17
 """What is disturbed is the base and what the burr hides. The base is between half and twice the height, what
 it hides about a third of it: height over width is evenly spread from 0.4 to 1.0, 0.7 with sigma 0.17."""
+_MUCH = 0.2
+"""Share of a place without depth from which what has one is doubted: in nicks and on rough burrs it is less."""
 _REACH_CELLS = 2.0
 """A call belongs to a place that it overlaps, or nearly."""
 
@@ -30,20 +34,45 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
     return bool(np.abs(turn).min() * r <= reach + half)
 
 
+def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
+    """A burr called by its depth, at a place much of which has none: what was measured may be light that bounced.
+
+    Where its height contradicts the one that the width of the place tells, it takes that one; where it does
+    not, its sigma grows by the part of the place that nobody measured.
+    """
+    share = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
+    if share <= _MUCH:
+        return burr
+    width = _width(place, surface)
+    told = Value(_HEIGHT_PER_WIDTH * width, _HEIGHT_SIGMA * width)
+    depth = burr.height_mm
+    if abs(depth.value - told.value) > 2.0 * told.sigma:
+        height = told
+    else:
+        height = Value(depth.value, float(np.hypot(depth.sigma, share * told.sigma)))
+    return replace(burr, height_mm=height)
+
+
+def _width(place: Place, surface: Unrolled) -> float:
+    """Median extent of a place around the axis, mm."""
+    rows = np.nonzero(place.cells)[0]
+    turn = float(surface.angle[1] - surface.angle[0])
+    used, each = np.unique(rows, return_counts=True)
+    return float(np.median(each * surface.r_mm[used])) * turn
+
+
 def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | None) -> Burr:
     """A burr of which the light tells the place and the extent, and the depth no height.
 
     Its height follows from the width of what is disturbed, and its sigma says how little that is. O(cells).
     """
     rows, columns = np.nonzero(place.cells)
-    each = np.bincount(rows)[np.unique(rows)]
     middle = int(np.argmin(np.abs(np.arange(len(surface.z_mm)) - np.median(rows))))
     step, r = surface.step_mm, float(surface.r_mm[middle])
-    turn = float(surface.angle[1] - surface.angle[0])
-    width = float(np.median(each)) * turn * r
+    width = _width(place, surface)
     turned = surface.angle[columns] - surface.angle[0]
     angle = float(surface.angle[0] + np.mean(turned))
-    z, length = surface.z_mm[rows], len(each) * step
+    z, length = surface.z_mm[rows], len(np.unique(rows)) * step
     height = Value(_HEIGHT_PER_WIDTH * width, _HEIGHT_SIGMA * width)
     place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
     area_sigma = 0.5 * height.sigma * width
