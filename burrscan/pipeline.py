@@ -156,9 +156,7 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     timings: dict[str, float] = {}
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
     _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")
-    surface = _timed(
-        timings, "surface", surface_of, scan.correspondence, scanner.rig, radiance=scan.radiance
-    )
+    surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig, radiance=scan.radiance)
     sight = None if scan.radiance is None else Sight(scan.radiance, surface.points_mm, scanner.rig)
     inspection = inspect_surface(
         surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm, sight=sight
@@ -188,7 +186,8 @@ def inspect_surface(
         a mesh whose facets are those of a drawing is sampled before its generatrix and its burrs are looked
         for (:mod:`burrscan.drawing`).
     sight
-        What a scan saw besides, in the frame of the vertices, for a burrs method with a parameter of that name.
+        What a scan saw besides, in the frame of the vertices, for a burrs method that has a parameter
+        of that name.
 
     Raises
     ------

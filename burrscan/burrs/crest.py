@@ -1,7 +1,7 @@
 """How high an anomaly's crest is, read off its vertices: the fitted cross-section must not be lower.
 
-A burr narrower than a few vertices is mostly halo: a cross-section fitted to all of it by least squares is wide
-and low, though the vertices on its crest are measured. And a height that varies along the burr has a largest
+A burr narrower than a few vertices is mostly halo: a cross-section fitted to all of it by least squares is
+wide and low, though the vertices on its crest are measured. And a height that varies along the burr has a largest
 value, which no even ridge shows.
 """
 
@@ -35,12 +35,14 @@ def no_lower_than_its_crest(burr: Burr, field: Field, vertices: Ints) -> Burr:
 
     Notes
     -----
-    The crest is the highest vertex of each stretch of one spacing along the longer side of the burr. Its sigma
-    is the vertices', and half of what the crest varies by. Area and volume follow the height. O(M log M).
+    The crest is the highest vertex of each stretch of one spacing along the longer side of the burr. Its
+    sigma is the vertices', and half of what the crest varies by. Area and volume follow the height. O(M log M).
 
     """
     lift = field.deviation_mm[vertices] * (1.0 if burr.side == "protrusion" else -1.0)
-    crest = _crest(lift, *(place / field.spacing_mm for place in (field.along_mm[vertices], field.arc_mm(vertices))))
+    crest = _crest(
+        lift, *(place / field.spacing_mm for place in (field.along_mm[vertices], field.arc_mm(vertices)))
+    )
     if len(crest) < _FEWEST:
         return burr
     tall, usual = float(np.quantile(lift[crest], _LARGEST)), float(np.median(lift[crest]))
@@ -63,7 +65,7 @@ def _crest(lift: Floats, along: Floats, around: Floats) -> Ints:
     stretch = [np.floor(place).astype(np.int64) for place in (along, around)]
     longer = max(stretch, key=lambda one: len(np.unique(one)))
     order = np.lexsort((lift, longer))
-    last = np.append(np.diff(longer[order]) != 0, True)  # noqa: FBT003 (numpy's append)
+    last = np.append(np.diff(longer[order]) != 0, True)
     crest: Ints = order[last]
     return crest
 

@@ -119,7 +119,7 @@ def _certain(
 def _told_by_light(
     certain: list[_Certain], places: list[Place], surface: Unrolled
 ) -> tuple[list[_Certain], list[Place]]:
-    """The burrs without those of the other side than the light tells, and the places that no burr is left at."""
+    """The burrs less those of another side than the light tells, and places with no burr left."""
     dark = []
     for place in places:
         here = [belongs(one.burr, place, surface) for one in certain]

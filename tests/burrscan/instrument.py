@@ -136,7 +136,9 @@ class Instrument:
             electrons = electrons + self.indirect * self.response.ravel() * blurred[u]
         mean = exposure_ms * (electrons + self.ambient_e_per_ms)
         if self.noise:
-            held = np.minimum(self._rng.poisson(mean), self.camera.full_well_e)  # a full well is read with noise
+            held = np.minimum(
+                self._rng.poisson(mean), self.camera.full_well_e
+            )  # a full well is read with noise
             mean = held + self._rng.normal(0.0, self.camera.read_noise_e, mean.shape)
         dn = self.camera.black_level_dn + self.camera.gain_dn_per_e * mean
         if self.camera.response:

@@ -15,9 +15,9 @@ from burrscan.arrays import Bools, Floats
 _PASSES = 3
 """Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
 _TUKEY = 4.685
-"""In robust deviations, where a neighbour no longer counts: 95 % efficient for Gaussian noise (Huber 1981)."""
+"""Robust deviations from which a neighbour no longer counts: 95 % efficient for Gaussian noise (Huber 1981)."""
 _LEAST_WEIGHT = 1e-3
-"""Of a neighbour that misfits: on the top of a narrow highlight all do, and are fitted by least squares then."""
+"""Of a neighbour that misfits: on the top of a narrow highlight all do, and least squares fits them then."""
 _LEAST_SHARE = 0.3
 """Share of the window that must be known: less is all on one side, and a parabola extrapolates badly."""
 _LEAST_ROW = 20
@@ -63,7 +63,7 @@ def _scatter(rest: Floats) -> Floats:
     count = np.isfinite(size).sum(axis=1)
     whole = float(np.nanmedian(size)) if count.any() else 0.0
     rows = np.array([np.nanmedian(r) if n >= _LEAST_ROW else whole for r, n in zip(size, count, strict=True)])
-    return 1.4826 * np.maximum(rows, max(_CALMEST * whole, 1e-6))
+    return np.asarray(1.4826 * np.maximum(rows, max(_CALMEST * whole, 1e-6)))
 
 
 @njit(cache=True, parallel=True, nogil=True)

@@ -17,7 +17,7 @@ _HEIGHT_SIGMA = 0.17
 """What is disturbed is the base and what the burr hides. The base is between half and twice the height, what
 it hides about a third of it: height over width is evenly spread from 0.4 to 1.0, 0.7 with sigma 0.17."""
 _MUCH = 0.2
-"""Share of a place without depth from which what has one is doubted: in nicks and on rough burrs it is less."""
+"""Share of a place without depth from which the rest is doubted: in nicks and on rough burrs it is less."""
 _REACH_CELLS = 2.0
 """A call belongs to a place that it overlaps, or nearly."""
 
@@ -35,7 +35,7 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
 
 
 def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
-    """A burr called by its depth, at a place much of which has none: what was measured may be light that bounced.
+    """A burr called by its depth where much has none: what was measured may be light that bounced.
 
     Where its height contradicts the one that the width of the place tells, it takes that one; where it does
     not, its sigma grows by the part of the place that nobody measured.

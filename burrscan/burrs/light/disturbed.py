@@ -1,7 +1,7 @@
-"""Places where both the brightness and the depth are not the surface's: there something stands or is missing.
+"""Places where both the brightness and the depth are not the surface's: something stands, or is missing.
 
-A stain, a scratch or chatter changes the light alone: the depth there is the surface's. Noise and edges change
-the depth alone. A burr changes both: its flanks mirror, it hides what is behind it and casts a shadow.
+A stain, a scratch or chatter changes the light alone: the depth there is the surface's. Noise and edges
+change the depth alone. A burr changes both: its flanks mirror, it hides what is behind it and casts a shadow.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LIGHT_Z = 4.0
 _LEAST_CONTRAST = 0.12
 """Least excess of the logarithm of the light: what finishes vary by from place to place."""
 _LONE_CONTRAST = 0.5
-"""Least median excess of a place where hardly any depth was measured: light alone must tell, by a factor 1.6."""
+"""Least median excess of a place with hardly any depth: light alone must tell, by a factor 1.6."""
 _DEPTH_Z = 5.0
 """Robust standard deviations by which the depth is off, beyond what noise shows on 100,000 cells."""
 _LEAST_CELLS = 15

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy import ndimage
@@ -14,7 +15,7 @@ from burrscan.inspection import Axis, Generatrix
 from burrscan.rig import Rig, View
 
 _GRAZING = 0.25
-"""Cosine of the steepest angle (75 degrees) at which a cell is looked at: beyond it a pixel sees many cells."""
+"""Cosine of the steepest angle (75 degrees) to look at a cell: beyond it a pixel sees many cells."""
 _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
 _BORDER_CELLS = 2
@@ -50,7 +51,7 @@ class Unrolled:
     open: Bools
     step_mm: float
 
-    def sampled(self, image: Floats, *, order: int) -> Floats:
+    def sampled(self, image: Floats, *, order: Literal[0, 1]) -> Floats:
         """(rows, columns) values of a camera image (h, w) at the cells; of order 0 or 1, 0 outside."""
         return np.asarray(ndimage.map_coordinates(image, self.pixel, order=order, mode="constant"))
 
@@ -70,9 +71,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     points, normals = (_turned(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
     points = points + T_camera_part[:3, 3]
     seen, pixel = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
-    lit, _ = _reached(
-        points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step
-    )
+    lit, _ = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
     solid = ndimage.binary_closing(seen & lit, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
     return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, seen & lit & inner, step)

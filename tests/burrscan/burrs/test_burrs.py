@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan,
 Lift: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
 
 
-def found(scan: RevolutionScan, axis: Axis | None = None, **options: float) -> tuple[Burr, ...]:
+def found(scan: RevolutionScan, axis: Axis | None = None, **options: Any) -> tuple[Burr, ...]:
     axis = axis or exact_axis(scan)
     curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
     return burrs_residual(scan.vertices_mm, scan.faces, axis, curve, **options)
