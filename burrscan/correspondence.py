@@ -59,8 +59,8 @@ class Scan:
         for a strategy that does not adapt. With several exposures: of the first.
     radiance
         (h, w) electrons per millisecond that full white adds, NaN where the shortest exposure was clipped;
-        None for a strategy that has not measured it. Columns are taken from the centroids of this light to the
-        pixels' centres (:mod:`burrscan.footprint`).
+        None for a strategy that has not measured it. Columns are taken from the centroids of this light to
+        the pixels' centres (:mod:`burrscan.footprint`).
     notes
         Numbers worth a line in the report, such as ``{"rounds": 2}``.
 

@@ -1,8 +1,8 @@
 """How high an anomaly's crest is, read off its vertices: the fitted cross-section must not be lower.
 
 A burr narrower than a few vertices is mostly halo: a cross-section fitted to all of it by least squares is
-wide and low, though the vertices on its crest are measured. And a height that varies along the burr has a largest
-value, which no even ridge shows.
+wide and low, though the vertices on its crest are measured. And a height that varies along the burr has a
+largest value, which no even ridge shows.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ def no_lower_than_its_crest(burr: Burr, field: Field, vertices: Ints) -> Burr:
     Notes
     -----
     The crest is the highest vertex of each stretch of one spacing along the longer side of the burr. Its
-    sigma is the vertices', and half of what the crest varies by. Area and volume follow the height. O(M log M).
+    sigma is the vertices', and half of what the crest varies by. Area and volume follow the height.
+    O(M log M).
 
     """
     lift = field.deviation_mm[vertices] * (1.0 if burr.side == "protrusion" else -1.0)

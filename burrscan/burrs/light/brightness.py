@@ -15,7 +15,7 @@ from burrscan.arrays import Bools, Floats
 _PASSES = 3
 """Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
 _TUKEY = 4.685
-"""Robust deviations from which a neighbour no longer counts: 95 % efficient for Gaussian noise (Huber 1981)."""
+"""Robust deviations from which a neighbour hardly counts: 95 % efficient for Gaussian noise (Huber 1981)."""
 _LEAST_WEIGHT = 1e-3
 """Of a neighbour that misfits: on the top of a narrow highlight all do, and least squares fits them then."""
 _LEAST_SHARE = 0.3
