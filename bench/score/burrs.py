@@ -22,6 +22,12 @@ def burr_found(evidence: PartEvidence) -> float:
     return sum(piece >= 0 for piece in best) / len(best) if best else math.nan
 
 
+def burr_located(evidence: PartEvidence) -> float:
+    """Share of the true burrs at whose place something is called, whatever its side."""
+    located = evidence.matching.located
+    return sum(located) / len(located) if located else math.nan
+
+
 def false_calls(evidence: PartEvidence) -> float:
     """Burrs reported where there is none. Pieces of a burr that was found are not false calls."""
     return float(sum(owner < 0 for owner in evidence.matching.match))

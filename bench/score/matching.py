@@ -53,6 +53,8 @@ class Matching:
         Per burr found: the true burr it is, or -1 for a false call.
     best
         Per true burr: the burr found that tells its errors, or -1 where it was missed.
+    located
+        Per true burr: whether a burr of either side was found at its place.
 
     """
 
@@ -60,6 +62,7 @@ class Matching:
     found: tuple[Place, ...]
     match: tuple[int, ...]
     best: tuple[int, ...]
+    located: tuple[bool, ...]
 
 
 def match_places(true: Sequence[Place], found: Sequence[Place]) -> Matching:
@@ -71,7 +74,8 @@ def match_places(true: Sequence[Place], found: Sequence[Place]) -> Matching:
     """
     match = tuple(_owner(place, true) for place in found)
     best = tuple(_best_piece(number, place, found, match) for number, place in enumerate(true))
-    return Matching(tuple(true), tuple(found), match, best)
+    located = tuple(any(_at(one, place) for one in found) for place in true)
+    return Matching(tuple(true), tuple(found), match, best, located)
 
 
 def turn_deg(a_deg: Angle, b_deg: float) -> Angle:
@@ -88,13 +92,16 @@ def _off_arc_deg(found: Place, true: Place) -> float:
     return max(abs(turn_deg(found.angle_deg, true.angle_deg)) - true.arc_deg, 0.0)
 
 
+def _at(found: Place, true: Place) -> bool:
+    return overlap_mm(found, true) > 0.0 and _off_arc_deg(found, true) <= WITHIN_DEG
+
+
 def _owner(found: Place, true: Sequence[Place]) -> int:
-    distances = {
+    near = {
         number: _off_arc_deg(found, place)
         for number, place in enumerate(true)
-        if place.side == found.side and overlap_mm(found, place) > 0.0
+        if place.side == found.side and _at(found, place)
     }
-    near = {number: distance for number, distance in distances.items() if distance <= WITHIN_DEG}
     return min(near, key=near.__getitem__, default=-1)
 
 

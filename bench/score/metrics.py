@@ -58,6 +58,7 @@ _PART = (
     Metric("generatrix_rms_mm", "Curve RMS", "mm", "lower", 1, _OURS, shape.generatrix_rms_mm, math.inf),
     Metric("band_mm", "Curve band", "mm", "lower", 1, _SEED, shape.band_mm, math.inf),
     Metric("burr_found", "Burrs found", "1", "higher", 1, _POD, burrs.burr_found, 0.0),
+    Metric("burr_located", "Burrs located", "1", "higher", 1, _OURS, burrs.burr_located, 0.0),
     Metric("burr_angle_deg", "Burr angle", "deg", "lower", 1, _OURS, burrs.burr_angle_deg, math.inf),
     Metric("burr_height_mm", "Burr height", "mm", "lower", 1, _OURS, burrs.burr_height_mm, math.inf),
     Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _OURS, burrs.burr_extent_mm, math.inf),

@@ -45,3 +45,13 @@ def test_a_height_that_is_not_stated_spoils_no_other() -> None:
     bare = replace(found_burr(60.0, (-10.0, 10.0)), height_mm=NOT_STATED)
     found = (found_burr(90.0, (-10.0, 10.0), height_mm=1.2), bare)
     assert measure(evidence(first, second, found=found))["burr_height_mm"] == pytest.approx(0.2)
+
+
+def test_a_burr_called_with_the_wrong_side_is_located_and_not_found() -> None:
+    wrong = found_burr(91.0, (-10.0, 10.0), side="nick")
+    scored = measure(evidence(true_burr(), found=(wrong,)))
+    assert (scored["burr_located"], scored["burr_found"], scored["false_calls"]) == (1.0, 0.0, 1.0)
+    beside = found_burr(94.0, (-10.0, 10.0))
+    assert measure(evidence(true_burr(), found=(beside,)))["burr_located"] == 0.0
+    beyond = found_burr(90.0, (40.0, 50.0))
+    assert measure(evidence(true_burr(), found=(beyond,)))["burr_located"] == 0.0
