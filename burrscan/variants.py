@@ -46,6 +46,11 @@ def shipped_only(source: str, *, trusted: bool = False) -> Iterator[None]:
         _SHIPPED_ONLY.reset(token)
 
 
+def untrusted() -> str:
+    """What :func:`shipped_only` keeps from naming code, and from having addresses called; or empty."""
+    return _SHIPPED_ONLY.get()
+
+
 def resolve(name: str, methods: Mapping[str, str], *, stage: str) -> Callable[..., Any]:
     """Find the function behind a variant's name.
 
