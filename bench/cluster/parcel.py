@@ -68,6 +68,7 @@ def key_of(job: Job, expected: Fingerprint, case: Case) -> str:
         "variants": [asdict(variant) for variant in job.variants],
         "own": job.own_metrics,
         "budgeted": job.budgeted,
+        "detectability": job.detectability,
         "kept_at": job.kept_at,
         "case": [case.id, case.scene_hash, case.identity],
         "with": dict(expected),

@@ -34,7 +34,7 @@ def examine(job: Job, case: Case) -> list[Record]:
     """
     folder = RunDirectory(job.out_dir).case(case.id)
     try:
-        subject = SUBJECTS[job.source](case, folder, job.transports)
+        subject = SUBJECTS[job.source](job, case, folder)
     except Exception as error:  # noqa: BLE001 (a failure is a result)
         why = failure(job.source, error)
         return [failed_record(case, variant, why, own=job.own_metrics) for variant in job.variants]

@@ -25,6 +25,8 @@ class Job:
         What cases are made of.
     budgeted
         Names of the variants of which is found out where their errors come from.
+    detectability
+        Whether scenes are traced without their burrs, too.
     transports
         Address of the store of traced light; empty for the worker's own folder, ``off`` for none.
     kept_at
@@ -37,5 +39,6 @@ class Job:
     own_metrics: tuple[str, ...] = ()
     source: Source = "scene"
     budgeted: tuple[str, ...] = ()
+    detectability: bool = False
     transports: str = ""
     kept_at: str = ""

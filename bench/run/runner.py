@@ -128,6 +128,7 @@ def run_suite(
         remaining = _settle(directory, cases, len(suite.variant))
         job = Job(
             suite.variant, out_dir, own_metrics(suite.metrics), suite.source, suite.budgeted,
+            detectability=suite.detectability,
             transports=_transports(store), kept_at=kept_at.address if kept_at else "",
         )  # fmt: skip
         outcomes = engine.outcomes(job, examine_case, remaining)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bench.budget.budget import Budget, mesh_budget, scan_budget
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
+from bench.run.job import Job
 from bench.score.evidence import Evidence
 from bench.score.part import MeshEvidence, MeshTruth
 from bench.suites.case import Case
@@ -22,6 +23,8 @@ from burrscan.arrays import Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
 from scenes.bound import Bounds, WatchedScanner, bounds_of
+from scenes.detectability import burr_dprimes, dprime_squared
+from scenes.light import Light
 from scenes.scene import scene_from
 from scenes.simulate import Simulation, simulate
 from scenes.stores import Store
@@ -56,18 +59,18 @@ class Look:
 Subject = Callable[[Pipeline], Look]
 
 
-def scene_subject(case: Case, folder: Path, transports: str = "") -> Subject:
-    """Simulate a scene once; its truth goes to the case's folder, its light to a job's ``transports``."""
-    simulation = simulate(
-        scene_from(case.document, source=case.id),
-        identity=entropy(case.identity),
-        cache_dir=_place(transports),
-    )
+def scene_subject(job: Job, case: Case, folder: Path) -> Subject:
+    """Simulate a scene once; its truth goes to the case's folder, its light to the job's ``transports``."""
+    scene, identity, store = scene_from(case.document, source=case.id), entropy(case.identity), _place(job)
+    simulation = simulate(scene, identity=identity, cache_dir=store)
     save_truth(folder, simulation.truth)
-    return lambda pipeline: _scan(simulation, pipeline)
+    bare = None
+    if job.detectability and scene.burrs:
+        bare = simulate(replace(scene, burr=()), identity=identity, cache_dir=store).light
+    return lambda pipeline: _scan(simulation, pipeline, bare)
 
 
-def mesh_subject(case: Case, folder: Path, _transports: str = "") -> Subject:
+def mesh_subject(_job: Job, case: Case, folder: Path) -> Subject:
     """Make a synthetic mesh once; its truth goes to the case's folder. It needs no light."""
     start = time.perf_counter()
     spec = mesh_from(case.document, source=case.id)
@@ -94,20 +97,21 @@ def mesh_subject(case: Case, folder: Path, _transports: str = "") -> Subject:
     return look
 
 
-SUBJECTS: dict[Source, Callable[[Case, Path, str], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
+SUBJECTS: dict[Source, Callable[[Job, Case, Path], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
 """By a suite's source, how a case is made."""
 
 
-def _place(transports: str) -> Path | Store | None:
-    if transports == NOWHERE:
+def _place(job: Job) -> Path | Store | None:
+    if job.transports == NOWHERE:
         return None
-    return Store(transports) if transports else default_folder()
+    return Store(job.transports) if job.transports else default_folder()
 
 
-def _scan(simulation: Simulation, pipeline: Pipeline) -> Look:
+def _scan(simulation: Simulation, pipeline: Pipeline, bare: Light | None) -> Look:
     scanner = WatchedScanner(simulation.scanner())
     outcome = run(scanner, pipeline)
-    evidence = Evidence(simulation.truth, outcome, _scan_bounds(simulation, scanner))
+    dprimes = _dprimes(simulation, scanner, bare)
+    evidence = Evidence(simulation.truth, outcome, _scan_bounds(simulation, scanner), dprimes)
     white_dn = linear_camera(scanner.camera).saturation_dn
     return Look(
         evidence,
@@ -123,6 +127,14 @@ def _scan_bounds(simulation: Simulation, scanner: WatchedScanner) -> Bounds | No
     if simulation.bands or not isinstance(light, LightTransport):
         return None
     return bounds_of(light, simulation.scene, scanner.shots)
+
+
+def _dprimes(simulation: Simulation, scanner: WatchedScanner, bare: Light | None) -> tuple[float, ...]:
+    """Detectability of each burr by what was shown; empty where it was not asked for or cannot be known."""
+    light = simulation.light
+    if simulation.bands or not isinstance(light, LightTransport) or not isinstance(bare, LightTransport):
+        return ()
+    return burr_dprimes(simulation.truth, dprime_squared(light, bare, simulation.scene, scanner.shots))
 
 
 def _bound(spec: MeshSpec) -> Floats | None:

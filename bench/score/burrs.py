@@ -14,6 +14,8 @@ from bench.score.part import PartEvidence
 from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0
+CERTAIN_DPRIME = 10.0
+"""A known signal of this strength is missed by an ideal observer once in 10^23 at a threshold midway."""
 
 
 def burr_found(evidence: PartEvidence) -> float:
@@ -26,6 +28,21 @@ def burr_located(evidence: PartEvidence) -> float:
     """Share of the true burrs at whose place something is called, whatever its side."""
     located = evidence.matching.located
     return sum(located) / len(located) if located else math.nan
+
+
+def burr_dprime(evidence: Evidence) -> float:
+    """Detectability of the hardest true burr by the frames shown: d' of the ideal observer."""
+    return min(evidence.dprimes, default=math.nan)
+
+
+def burr_efficiency(evidence: Evidence) -> float:
+    """Share of the true burrs with d' above 10 that were located."""
+    told = [
+        located
+        for located, dprime in zip(evidence.matching.located, evidence.dprimes, strict=False)
+        if dprime > CERTAIN_DPRIME
+    ]
+    return sum(told) / len(told) if told else math.nan
 
 
 def false_calls(evidence: PartEvidence) -> float:
@@ -112,7 +129,10 @@ def _table(evidence: PartEvidence, number: int, true: Place) -> Mapping[str, Any
         "measurable_mm": measurable,
         "covered_mm": covered,
         "found": piece >= 0,
+        "located": evidence.matching.located[number],
     }
+    if isinstance(evidence, Evidence) and evidence.dprimes:
+        table["dprime"] = evidence.dprimes[number]
     return table if piece < 0 else table | _errors(evidence.matching.found[piece], true)
 
 

@@ -33,12 +33,16 @@ class Evidence:
     bounds
         Cramér-Rao bounds of the frames shown (:mod:`scenes.bound`), NaN where they were not computed; None
         where nobody watched the scanner.
+    dprimes
+        Per true burr, how well the frames shown could tell it (:mod:`scenes.detectability`); empty where that
+        was not asked for.
 
     """
 
     truth: Truth
     outcome: Outcome
     bounds: Bounds | None = None
+    dprimes: tuple[float, ...] = ()
 
     @cached_property
     def accepted(self) -> Bools:

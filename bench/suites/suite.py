@@ -141,6 +141,9 @@ class Suite:
         Swept paths by whose values the score table is divided; the first one by default.
     budget
         Whether to find out which stage the errors come from (:mod:`bench.budget`), or of which variants.
+    detectability
+        Whether each scene is traced once more without its burrs, which tells how well the frames shown could
+        tell each of them (:mod:`scenes.detectability`).
     goal
         What the numbers are wanted to be.
 
@@ -163,6 +166,7 @@ class Suite:
     gate: tuple[Gate, ...] = ()
     groups: tuple[str, ...] = ()
     budget: bool | tuple[str, ...] = False
+    detectability: bool = False
     goal: tuple[Goal, ...] = ()
 
     @property
