@@ -2,8 +2,8 @@
 
 The ideal observer of two known pictures in independent Gaussian noise is the matched filter, and all that
 counts is ``d'^2 = Σ (μ1 - μ0)² / σ²`` over pixels and frames (Green & Swets 1966; Barrett & Myers,
-Foundations of Image Science, 13.2): μ1 with the burr, μ0 of the same scene without. A burr with d' of hundreds that is
-missed is the algorithm's fault; one below 5 is nobody's.
+Foundations of Image Science, 13.2): μ1 with the burr, μ0 of the same scene without. A burr with d' of
+hundreds that is missed is the algorithm's fault; one below 5 is nobody's.
 """
 
 from __future__ import annotations

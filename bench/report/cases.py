@@ -18,6 +18,9 @@ from bench.run import Record, Run
 from bench.score.metrics import metric_named
 from bench.summary.table import summarise
 
+_HALF = 0.5
+"""A burr of which less than this share can be, or was, measured was missed for that reason."""
+
 
 @dataclass(frozen=True)
 class SideFigures:
@@ -182,6 +185,7 @@ def _burr_table(records: Sequence[Record], index: int) -> BurrTable:
         _burr_title(true),
         (
             Row("Found", "", tuple(_verdict(burr) for burr in given)),
+            *([_burr_row("Detectability d'", "", given, "dprime", ".0f")] if "dprime" in true else []),
             _burr_row("Angle error", "deg", given, "angle_error_deg", "+.3f"),
             _burr_row("Height error", "mm", given, "height_error_mm", "+.3f"),
             _burr_row("Measured length", "mm", given, "covered_mm", ".0f"),
@@ -211,7 +215,21 @@ def _burr_row(title: str, unit: str, burrs: Sequence[Mapping[str, Any]], key: st
 def _verdict(burr: Mapping[str, Any]) -> Cell:
     if not burr:
         return Cell("failed")
-    return Cell(f"{'✓ found' if burr['found'] else '✗ missed'}{_measured(burr)}")
+    if burr["found"]:
+        return Cell(f"✓ found{_measured(burr)}")
+    return Cell(f"✗ {'wrong side' if burr.get('located') else 'missed'}{_why_missed(burr)}{_measured(burr)}")
+
+
+def _why_missed(burr: Mapping[str, Any]) -> str:
+    """What kept a burr from being measured: out of view, in the dark, or no usable light; or nothing did."""
+    visible, measurable, covered = (burr.get(f"{name}_mm") for name in ("visible", "measurable", "covered"))
+    if visible is None or measurable is None or covered is None:
+        return ""
+    if visible == 0.0:
+        return ", out of view"
+    if measurable < _HALF * visible:
+        return ", dark or shadowed"
+    return ", mirrored light" if covered < _HALF * measurable else ""
 
 
 def _measured(burr: Mapping[str, Any]) -> str:

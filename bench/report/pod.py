@@ -44,6 +44,7 @@ class PodChart:
     title: str
     picture: Markup
     rows: tuple[PodRow, ...]
+    unit: str = "mm"
 
     @property
     def busy(self) -> bool:
@@ -72,13 +73,16 @@ def _charts(
     title: str = "",
     where: Mapping[str, Any] | None = None,
     burrs: Mapping[str, Any] | None = None,
+    size: str = "height_mm",
 ) -> Iterator[PodChart]:
     """One chart of all sides, or none where there is nothing to draw."""
     found = [
         (
             side.css,
             side.label,
-            detection(panel.records_of(side), variant=side.variant, where=where, burrs=burrs, model=model),
+            detection(
+                panel.records_of(side), variant=side.variant, where=where, burrs=burrs, size=size, model=model
+            ),
         )
         for side in panel.sides
     ]
@@ -89,7 +93,12 @@ def _charts(
     rows = tuple(_row(css, label, item) for css, label, item in found)
     flat = of_one_size(np.array(sizes))
     picture = Markup("") if flat else pod_picture(curves, title or _TITLES[model])
-    yield PodChart(title or ("Found or missed" if flat else _TITLES[model]), picture, rows)
+    yield PodChart(
+        title or ("Found or missed" if flat else _TITLES[model]),
+        picture,
+        rows,
+        "d'" if size == "dprime" else "mm",
+    )
 
 
 @dataclass(frozen=True)
@@ -107,6 +116,7 @@ def pod_groups(panel: Panel) -> tuple[PodGroup, ...]:
         for path in panel.sides[-1].run.suite.divided_by
         if path not in _SIZES
     }
+    records = [record for side in panel.sides for record in panel.records_of(side)]
     found = [
         PodGroup(
             f"By {path.rpartition('.')[2].replace('_', ' ')}",
@@ -119,10 +129,15 @@ def pod_groups(panel: Panel) -> tuple[PodGroup, ...]:
         for path, values in by_case.items()
         if len(values) > 1
     ]
-    names = sections([record for side in panel.sides for record in panel.records_of(side)])
+    names = sections(records)
     if len(names) > 1:
         charts = (_charts(panel, "hit/miss", title=name, burrs={"section": name}) for name in names)
         found.append(PodGroup("By the burr's section", tuple(chart for some in charts for chart in some)))
+    if any("dprime" in burr for record in records for burr in record.burrs):
+        title = "Against d', the strength of its signal in the frames shown"
+        found.append(
+            PodGroup("By detectability", tuple(_charts(panel, "hit/miss", title=title, size="dprime")))
+        )
     return tuple(group for group in found if group.charts)
 
 

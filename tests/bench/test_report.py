@@ -7,6 +7,7 @@ import html.parser
 import json
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -202,6 +203,25 @@ def test_burr_tables_tell_missed_from_failed(tmp_path: Path) -> None:
     records = load_run(made_up_run(tmp_path / "run", fail=True, pictures=False)).records
     verdicts = [burr_tables(records[i : i + 2])[0].rows[0].cells[0].text for i in (0, 2, 4)]
     assert verdicts == ["failed", "✗ missed, 40 % measured", "✓ found, 55 % measured"]
+
+
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        ({"visible_mm": 0.0, "measurable_mm": 0.0, "covered_mm": 0.0}, "✗ missed, out of view"),
+        ({"measurable_mm": 4.0, "covered_mm": 4.0}, "✗ missed, dark or shadowed, 40 % measured"),
+        ({"covered_mm": 1.0}, "✗ missed, mirrored light, 10 % measured"),
+        ({"covered_mm": 9.0}, "✗ missed, 90 % measured"),
+        ({"covered_mm": 9.0, "located": True}, "✗ wrong side, 90 % measured"),
+    ],
+)
+def test_a_missed_burr_says_why(tmp_path: Path, known: dict[str, Any], said: str) -> None:
+    record = load_run(made_up_run(tmp_path / "run", pictures=False)).records[0]
+    seen = {"visible_mm": 10.0, "measurable_mm": 10.0, "covered_mm": 10.0, "found": False, "dprime": 812.3}
+    (table,) = burr_tables([replace(record, burrs=({**record.burrs[0], **seen, **known},))])
+    cells = {row.title: row.cells[0].text for row in table.rows}
+    assert cells["Found"] == said
+    assert cells["Detectability d'"] == "812"
 
 
 def test_a_signed_map_is_white_at_zero_blue_below_red_above_and_clear_where_unknown() -> None:

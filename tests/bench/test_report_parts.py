@@ -243,3 +243,15 @@ def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_
     assert [group.title for group in pod_groups(three)] == ["By finish"]
     page = build_report(made_up_run(tmp_path / "run"))
     assert "By finish: polished, turned, matte" in page.read_text("utf-8")
+
+
+def test_where_d_prime_is_known_detection_is_drawn_over_it(three: Panel) -> None:
+    run = three.sides[0].run
+    strong = tuple(
+        replace(r, burrs=tuple({**burr, "dprime": 5.0 if burr["found"] else 50.0} for burr in r.burrs))
+        for r in run.records
+    )
+    groups = {g.title: g.charts for g in pod_groups(Panel("", sides_of(replace(run, records=strong)), ()))}
+    (chart,) = groups["By detectability"]
+    assert chart.unit == "d'"
+    assert "dprime" in chart.picture
