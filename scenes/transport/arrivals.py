@@ -99,7 +99,6 @@ def _count(weight: Floats32, samples: int) -> Ints:
 def _fill(
     pixel: Pixels, weight: Floats32, samples: int, starts: Ints
 ) -> tuple[Ints32, Floats32, Floats, Floats]:
-    bounces = weight.shape[0]
     count = starts.size - 1
     columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
     variance, scatter = np.zeros(count), np.zeros(count)
@@ -111,13 +110,7 @@ def _fill(
         for r in range(replicates):
             mean = 0.0
             for s in range(p * samples + r * part, p * samples + (r + 1) * part):
-                light = 0.0
-                for b in range(bounces):
-                    if weight[b, s] > 0.0:
-                        columns[k] = pixel[b, s]
-                        values[k] = weight[b, s] / samples
-                        light += weight[b, s]
-                        k += 1
+                light, k = _put(pixel[:, s], weight[:, s], samples, k, columns, values)
                 mean += light / part
                 square += light * light
             total += mean
@@ -126,3 +119,18 @@ def _fill(
         variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
         scatter[p] = max(spread / replicates - mean * mean, 0.0) / (replicates - 1)
     return columns, values, variance, scatter
+
+
+@nb.njit(cache=True)
+def _put(
+    pixel: Pixels, weight: Floats32, samples: int, k: int, columns: Ints32, values: Floats32
+) -> tuple[float, int]:
+    """Enter one sample's bounces from entry ``k`` on; its light, and the next free entry."""
+    light = 0.0
+    for b in range(weight.size):
+        if weight[b] > 0.0:
+            columns[k] = pixel[b]
+            values[k] = weight[b] / samples
+            light += weight[b]
+            k += 1
+    return light, k

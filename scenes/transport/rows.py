@@ -107,11 +107,19 @@ def _add_product(
             continue
         sums = np.zeros((last - first, frames), np.float32)
         for p in range(first, last):
-            for k in range(starts[p], starts[p + 1]):
-                column = columns[k] % period if period else columns[k]
-                value = values[k]
-                for f in range(frames):
-                    sums[p - first, f] += value * table[column, f]
+            _add_row(starts[p], starts[p + 1], columns, values, table, period, sums[p - first])
         for f in range(frames):
             for p in range(first, last):
                 images[f, p] += sums[p - first, f]
+
+
+@nb.njit(cache=True, fastmath={"contract", "nnan", "ninf"})
+def _add_row(
+    first: int, last: int, columns: Ints32, values: Floats32, table: Floats32, period: int, sums: Floats32
+) -> None:
+    """Add one pixel's entries × table to its sums."""
+    for k in range(first, last):
+        column = columns[k] % period if period else columns[k]
+        value = values[k]
+        for f in range(sums.size):
+            sums[f] += value * table[column, f]

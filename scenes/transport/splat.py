@@ -75,10 +75,7 @@ def _gather(
     box[: rows * cols] = 0.0
     for s in range(first, last):
         if w[s] > 0.0:
-            for i in range(max(_first_tap(v[s], reach), i0), min(math.floor(v[s] + reach), i1) + 1):
-                cy = w[s] * _coverage(v[s] - i, fill, blur)
-                for j in range(max(_first_tap(u[s], reach), j0), min(math.floor(u[s] + reach), j1) + 1):
-                    box[(i - i0) * cols + j - j0] += cy * _coverage(u[s] - j, fill, blur)
+            _add_sample(u[s], v[s], w[s], (i0, i1, j0, j1), fill, blur, box)
     count = 0
     for k in range(rows * cols):
         if box[k] > 0.0:
@@ -86,6 +83,19 @@ def _gather(
             values[count] = box[k]
             count += 1
     return count
+
+
+@nb.njit(cache=True)
+def _add_sample(
+    u: float, v: float, w: float, bounds: tuple[int, int, int, int], fill: float, blur: float, box: Floats
+) -> None:
+    """Add one sample's taps to a dense box of rows and columns."""
+    i0, i1, j0, j1 = bounds
+    reach, cols = 0.5 * (fill + blur), j1 - j0 + 1
+    for i in range(max(_first_tap(v, reach), i0), min(math.floor(v + reach), i1) + 1):
+        cy = w * _coverage(v - i, fill, blur)
+        for j in range(max(_first_tap(u, reach), j0), min(math.floor(u + reach), j1) + 1):
+            box[(i - i0) * cols + j - j0] += cy * _coverage(u - j, fill, blur)
 
 
 @nb.njit(cache=True)
@@ -119,18 +129,34 @@ def _gather_scattered(
     values: Floats,
 ) -> int:
     """Like ``_gather`` for samples far apart: a footprint torn by a depth edge."""
-    height, width = shape
-    reach = 0.5 * (fill + blur)
     count = 0
     for s in range(first, last):
-        if w[s] <= 0.0:
-            continue
-        for i in range(max(_first_tap(v[s], reach), 0), min(math.floor(v[s] + reach), height - 1) + 1):
-            cy = w[s] * _coverage(v[s] - i, fill, blur)
-            for j in range(max(_first_tap(u[s], reach), 0), min(math.floor(u[s] + reach), width - 1) + 1):
-                value = cy * _coverage(u[s] - j, fill, blur)
-                if value > 0.0:
-                    count = _insert(i * width + j, value, columns, values, count)
+        if w[s] > 0.0:
+            count = _insert_sample(u[s], v[s], w[s], shape, fill, blur, columns, values, count)
+    return count
+
+
+@nb.njit(cache=True)
+def _insert_sample(
+    u: float,
+    v: float,
+    w: float,
+    shape: tuple[int, int],
+    fill: float,
+    blur: float,
+    columns: Ints32,
+    values: Floats,
+    count: int,
+) -> int:
+    """Add one sample's taps to a sorted list; return its new length."""
+    height, width = shape
+    reach = 0.5 * (fill + blur)
+    for i in range(max(_first_tap(v, reach), 0), min(math.floor(v + reach), height - 1) + 1):
+        cy = w * _coverage(v - i, fill, blur)
+        for j in range(max(_first_tap(u, reach), 0), min(math.floor(u + reach), width - 1) + 1):
+            value = cy * _coverage(u - j, fill, blur)
+            if value > 0.0:
+                count = _insert(i * width + j, value, columns, values, count)
     return count
 
 
@@ -245,8 +271,7 @@ def _centres(u: Floats32, v: Floats32, w: Floats32, offsets: Ints) -> Floats32:
         if total > 0.0:
             mean = su / total
             for s in range(offsets[p], offsets[p + 1]):
-                if w[s] > 0.0:
-                    suu += w[s] * (u[s] - mean) ** 2
+                suu += w[s] * (u[s] - mean) ** 2 if w[s] > 0.0 else 0.0
             centres[0, p] = mean
             centres[1, p] = sv / total
             centres[2, p] = math.sqrt(suu / total)
