@@ -89,16 +89,18 @@ class Dask:
                     expected=expected, modules=modules, renders=self._renders, resources=self.resources,
                     say=self.say,
                 )  # fmt: skip
-                try:
-                    for outcome in sitting.outcomes():
-                        self._workers = sitting.workers
-                        yield outcome
-                except Lost:
-                    self.say(
-                        f"note: the scheduler at {self.scheduler} is gone; waiting for one to answer there"
-                    )
-                finally:
-                    sitting.leave()
+                yield from self._sit(sitting)
+
+    def _sit(self, sitting: Sitting) -> Outcomes:
+        """What one sitting brings, until its scheduler is gone."""
+        try:
+            for outcome in sitting.outcomes():
+                self._workers = sitting.workers
+                yield outcome
+        except Lost:
+            self.say(f"note: the scheduler at {self.scheduler} is gone; waiting for one to answer there")
+        finally:
+            sitting.leave()
 
     def _expected(self) -> tuple[dict[str, str], tuple[str, ...]]:
         modules = modules_of(self.suite)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -157,16 +156,17 @@ def _collect(
     progress(state)
     lost = []
     try:
-        with closing(outcomes):
-            for case, result in outcomes:
-                if isinstance(result, Died):
-                    lost.append(f"{case.id}: {result.reason}")
-                    continue
-                append(directory.records, result)
-                state = state.after(case, result, workers=engine.workers)
-                progress(state)
+        for case, result in outcomes:
+            if isinstance(result, Died):
+                lost.append(f"{case.id}: {result.reason}")
+                continue
+            append(directory.records, result)
+            state = state.after(case, result, workers=engine.workers)
+            progress(state)
     except Obstructed as error:
         raise InputError(f"{error}{_again(directory.path)}") from error
+    finally:
+        outcomes.close()
     return lost
 
 

@@ -71,31 +71,35 @@ def _parabolas(values: Floats, weight: Floats, half: int, gap: int, least: float
     """The value at every cell of a weighted parabola through its row's neighbours; NaN with too few."""
     rows, columns = values.shape
     out = np.full((rows, columns), np.nan)
-    full = 2 * (half - gap)
     for i in prange(rows):
         for j in range(columns):
-            s0, s1, s2, s3, s4, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            found = 0
-            for k in range(-half, half + 1):
-                if abs(k) <= gap or not 0 <= j + k < columns or weight[i, j + k] == 0.0:
-                    continue
-                found += 1
-                x = k / half
-                w = weight[i, j + k] * (1.0 - (k / (half + 1.0)) ** 2)
-                y = values[i, j + k]
-                s0 += w
-                s1 += w * x
-                s2 += w * x * x
-                s3 += w * x * x * x
-                s4 += w * x * x * x * x
-                b0 += w * y
-                b1 += w * x * y
-                b2 += w * x * x * y
-            if found < least * full:
-                continue
-            # Cramer's rule for the constant term
-            det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
-            top = b0 * (s2 * s4 - s3 * s3) - s1 * (b1 * s4 - b2 * s3) + s2 * (b1 * s3 - b2 * s2)
-            if det > 1e-9 * s0**3:
-                out[i, j] = top / det
+            out[i, j] = _parabola(values[i], weight[i], j, half, gap, least)
     return out
+
+
+@njit(cache=True, nogil=True)
+def _parabola(values: Floats, weight: Floats, j: int, half: int, gap: int, least: float) -> float:
+    """The value at one cell of its row's parabola, by the normal equations."""
+    s0, s1, s2, s3, s4, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    found = 0
+    for k in range(-half, half + 1):
+        if abs(k) <= gap or not 0 <= j + k < values.size or weight[j + k] == 0.0:
+            continue
+        found += 1
+        x = k / half
+        w = weight[j + k] * (1.0 - (k / (half + 1.0)) ** 2)
+        y = values[j + k]
+        s0 += w
+        s1 += w * x
+        s2 += w * x * x
+        s3 += w * x * x * x
+        s4 += w * x * x * x * x
+        b0 += w * y
+        b1 += w * x * y
+        b2 += w * x * x * y
+    if found < least * 2 * (half - gap):
+        return np.nan
+    # Cramer's rule for the constant term
+    det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
+    top = b0 * (s2 * s4 - s3 * s3) - s1 * (b1 * s4 - b2 * s3) + s2 * (b1 * s3 - b2 * s2)
+    return top / det if det > 1e-9 * s0**3 else np.nan
