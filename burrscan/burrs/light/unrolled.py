@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.generatrix.polyline import polyline_of
+from burrscan.generatrix.polyline import Polyline, polyline_of
 from burrscan.inspection import Axis, Generatrix
 from burrscan.rig import Rig, View
 
@@ -20,6 +20,10 @@ _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
 _BORDER_CELLS = 2
 """What is seen and lit is trusted so far from its border: shadows have penumbras, pixels have footprints."""
+
+
+_MOST_CELLS = 4_000_000
+"""Bounds the memory to some hundred megabytes; with more pixels on the part than that, cells are larger."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +61,16 @@ class Unrolled:
 
 
 def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
-    """Unroll the half of a surface that faces the camera, in cells as large as a pixel's footprint.
+    """Unroll the half of a surface that faces the camera, in cells as large as a pixel's footprint or larger.
 
     Hidden is what lies behind another cell, for the camera or for the projector. O(cells).
     """
     T_camera_part = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction))
     to_camera = -T_camera_part[:3, :3].T @ T_camera_part[:3, 3]
-    step = float(np.linalg.norm(to_camera)) / rig.camera.fx
-    place, normal = _places(generatrix, step)
+    line = polyline_of(generatrix)
+    half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
+    step = max(float(np.linalg.norm(to_camera)) / rig.camera.fx, float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
+    place, normal = _places(line, step)
     turn = step / float(place[:, 1].max())
     half = int(0.5 * np.pi / turn)
     angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
@@ -77,9 +83,8 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, seen & lit & inner, step)
 
 
-def _places(generatrix: Generatrix, step: float) -> tuple[Floats, Floats]:
+def _places(line: Polyline, step: float) -> tuple[Floats, Floats]:
     """Places (z, r) every step along the generatrix, and the outward normals there."""
-    line = polyline_of(generatrix)
     along = np.concatenate([line.along_mm, [line.along_mm[-1] + line.lengths_mm[-1]]])
     at = np.arange(0.5 * step, along[-1], step)
     segment = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(line.starts) - 1)
