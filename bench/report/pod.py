@@ -18,7 +18,9 @@ from burrscan.arrays import Floats
 _MODELS: tuple[Model, ...] = ("hit/miss", "signal")
 _TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured height"}
 _MOST_BANDS = 3
+"""Curves whose bands are drawn; more would hide each other."""
 _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
+"""Ticks in per cent; 90 is what a90 is read off at."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from bench.score.part import PartEvidence
 from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0
+"""Along a burr, over which a majority of pixels says whether it was measured."""
 
 
 def burr_found(evidence: PartEvidence) -> float:

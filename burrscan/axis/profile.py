@@ -23,11 +23,13 @@ BLUR = 0.02
 COARSE_BLUR = 0.05
 """The same while the start may be a degree off."""
 BLUR_PER_SIGMA = 1.5
+"""Least blur in noise deviations: pieces finer than the noise is thick would follow the noise."""
 RIVAL, RIVAL_COST = 3.0, 0.02
 """A candidate is tried while its cost is below this many times the least, and some."""
 ALIKE = np.cos(np.radians(3.0))
 """Axes nearer than this are one."""
 CONTEST_STEPS = 6
+"""Gauss-Newton steps when several starts differ: the three that each had were too few to tell them apart."""
 FLAT = 0.01
 """Faces of a coarse mesh lie within the part by about this share of the rms radius, or less."""
 LEAST_CORNERS = 0.5

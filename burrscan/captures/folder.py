@@ -20,6 +20,7 @@ from burrscan.rig import Rig, View
 from burrscan.scanner import Patterns
 
 _NAMED = 5
+"""Exposures or shots that a message lists: a line of it."""
 
 
 class FolderScanner:
