@@ -44,7 +44,8 @@ def test_a_fault_changes_its_own_expression_alone() -> None:
     ]  # fmt: skip
 
 
-def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mark", ["", "@pytest.mark.slow\n"])
+def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path, mark: str) -> None:
     (tmp_path / "core").mkdir()
     (tmp_path / "core/__init__.py").write_text("")
     (tmp_path / "core/sums.py").write_text(
@@ -52,7 +53,8 @@ def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path
     )
     (tmp_path / "tests").mkdir()
     (tmp_path / "tests/test_sums.py").write_text(
-        "from core.sums import seen\n\n\ndef test_seen():\n    assert seen(2, 1) == 3\n"
+        "import pytest\n\nfrom core.sums import seen\n\n\n"
+        f"{mark}def test_seen():\n    assert seen(2, 1) == 3\n"
     )
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
     told = trials(tmp_path, {"core": "tests/test_*.py"}, count=9, seed=0, limit_s=60.0)
