@@ -20,6 +20,7 @@ from burrscan.inspection import Axis, Check
 SPACING = 0.004
 """Distance between samples, as a share of the largest radius: 0.4 mm on a wheel 200 mm across."""
 FEWEST, MOST = 50_000, 1_000_000
+"""Samples: fewer leave small burrs without any, more cost time and memory and tell nothing new."""
 _OPEN = 2.0
 """Half of a mesh's area in edges longer than so many spacings, and its vertices do not show the surface."""
 _FLAT = 1e-3
@@ -29,6 +30,7 @@ _FLAT_SHARE = 0.2
 _WIDEST = np.radians(45.0)
 """A facet that spans more of the circle than this is an end face, not the chord of a wall."""
 _SURE = 0.95
+"""Quantile of the facets' errors that is stated: a few long facets at end faces are not the wall's."""
 _ROUNDING = 1e-5
 """Noise of a drawing at least, as a share of its largest radius: what axis and generatrix err by."""
 _COARSEST = 0.005

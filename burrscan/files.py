@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _STANDARD = {"/dev/stdout": 1, "/dev/stderr": 2}
+"""Descriptors of POSIX by the names of their devices."""
 _DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/fd/(\d+)")
 _KEPT_OF_NAME = 40
 """Characters of a file's name in that of its temporary: at most 160 of the 255 bytes that a name may have."""

@@ -19,7 +19,9 @@ from burrscan.devices import CameraSheet
 from burrscan.scanner import PassThrough, Patterns, Scanner
 
 _BITS = 16
+"""Of the linear camera's pictures: sixteen linear steps, on average, to a DN of a 12-bit camera."""
 _TOP = (1 << _BITS) - 1
+"""The highest linear DN; only saturated pixels have it."""
 
 
 class LinearScanner(PassThrough):

@@ -9,7 +9,9 @@ from pathlib import Path
 from burrscan.errors import InputError
 
 _STL_HEAD, _STL_FACET = 84, 50
+"""Bytes of a binary STL's header with its count, and of each facet."""
 _SIZES = {"char": 1, "short": 2, "int": 4, "float": 4, "double": 8}
+"""Bytes of PLY's types, by both spellings."""
 _SIZES |= {f"u{name}": size for name, size in _SIZES.items()}
 _SIZES |= {
     "int8": 1,

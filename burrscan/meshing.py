@@ -13,7 +13,9 @@ from burrscan.surface import Surface
 from burrscan.triangulation import triangulate
 
 _FIT_REACH = 2
+"""Pixels to each side: up to 24 neighbours, over which a surface is hardly curved."""
 _FIT_LEAST = 6
+"""Neighbours: a plane has three unknowns, and as many spare ones say whether it fits."""
 
 
 def surface(

@@ -13,7 +13,9 @@ import numpy as np
 from burrscan.arrays import Floats, freeze
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
-_UNDISTORT_STEPS = 12
+"""k1, k2, p1, p2, k3 of a lens that does not distort (OpenCV's order)."""
+UNDISTORT_STEPS = 12
+"""Fixed-point steps: each shrinks the error by about 3 |k1| r², to 1e-9 where that is below a sixth."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class View:
         if self.distortion == NO_DISTORTION:
             return xy
         ideal = xy
-        for _ in range(_UNDISTORT_STEPS):
+        for _ in range(UNDISTORT_STEPS):
             ideal = ideal - (self.distort(ideal) - xy)
         return ideal
 

@@ -11,8 +11,13 @@ WILD = 100.0
 FAR = 8.0
 """Times the bulk's radius: farther out, a vertex may be the part's, but has no say in where its middle is."""
 _BULK = 0.9
+"""Share of the vertices within the bulk's radius: below 1 - the largest share of strays, which then do not
+move it."""
 _MOST = 0.01
+"""Share: more that are far out are a part of the part, or a second one, and nobody's strays."""
 _LOOKED_AT = 100_000
+"""Vertices, evenly thinned, for median and radius: bounds the time; both are known to far better than a
+percent."""
 
 
 def beyond(vertices_mm: Floats, *, times: float) -> Bools:

@@ -17,7 +17,9 @@ from burrscan.correspondence import Correspondence
 from burrscan.rig import Rig, View
 
 _NEWTON_STEPS = 10
+"""Bounds the search of the depth; digits double with each step, so that three or four do."""
 _CONVERGED = 1e-9
+"""Relative step of the depth: a micrometre over a kilometre, far below any noise."""
 
 
 def triangulate(correspondence: Correspondence, rig: Rig) -> tuple[Floats, Floats32]:

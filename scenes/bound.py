@@ -28,6 +28,7 @@ from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
 
 _FRAMES_AT_ONCE = 12
+"""Bounds memory: frames of a megapixel take 4 MB each, and twice for their slopes."""
 _UNKNOWNS = 5  # u, a, b, c, w
 _DERIVATIVE = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
 """Weights of a central difference of sixth order: exact to 1 % for sines of down to 5 px."""

@@ -24,16 +24,25 @@ from burrscan.documents import STRICT
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
+<<<<<<< HEAD
 Metal = Literal["aluminium", "steel", "brass", "chrome", "chrome-film", "copper", "gold"]
 Band = Literal["red", "green", "blue"]
+=======
+Metal = Literal["aluminium", "steel", "brass", "chrome", "copper", "gold"]
+>>>>>>> reasons
 Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 _TORN_ALPHA, _TORN_SHARE = 0.3, 1.5
+"""Roughness of torn metal: at least a coarsely ground one, and half as rough again as the wheel's. No
+measurement; guards against burrs that shine like the turned face."""
 _HARMONICS = 4
+"""Of the roughness round a wheel: slow variation, as clamping and wear make it, and no texture."""
 _ROUND_TEXELS = 1024
+"""Round the wheel: a third of a degree, far finer than a quarter turn of the fourth harmonic."""
 _SMALLEST_ALPHA = 0.01
+"""As of a finish's key: below, a lobe is narrower than what sampling finds."""
 
 # the colours are near the dominant wavelengths of the sRGB primaries
 _WAVELENGTHS_NM: dict[Channels, tuple[float, ...]] = {
@@ -131,6 +140,7 @@ _CONSTANTS = {
         (659.5, 0.14, 3.697),
     ),
 }
+"""Wavelength in nm, n, k; the sources stand at the head of this module."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,11 @@ from scenes.electronics.spec import CameraSpec
 from scenes.light import Light
 
 _PERIOD_PX = 16.0
+"""Of the sine that the limit is stated for, projector px: a usual finest stripe."""
 _STEPS = 8
+"""Of that sine. More frames would lower the limit; so many are the price of a usual scan."""
 LIMIT_PX = 0.5
+"""Standard deviation, and spread of the footprint, up to which a pixel has one column: half of one."""
 
 
 def limit_sigma_px(light: Light, *, camera: CameraSpec, ambient: float) -> Floats32:

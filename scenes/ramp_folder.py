@@ -30,15 +30,20 @@ from scenes.scene import SceneSpec, scene_hash
 from scenes.simulate import optics_of
 
 _PICTURE = (96, 128)
+"""Rows and columns kept of the sensor's middle: over a hundred tiles, and small files."""
 _BOARD = Board(11, 8, 40.0)
 _WHITE = 0.8
+"""Reflectance of the board, as of matt white paint."""
 _LEVELS = np.arange(0, 256, 15)
+"""Of the projector, every fifteenth with 0 and 255: a response curve is smooth between."""
 _LEVEL_EXPOSURES = (0.45, 1.3, 10.0)
 """Relative to the exposure at which the brightest channel fills the well under one primary at full."""
 _OVER = 1.3
 """The longest lamp exposure over that which fills the well: the ramp must clip."""
 _OFF_PICTURES = 6
+"""With the light off, exposures halved each time: they tell black level and dark current apart."""
 _COVERED = -1
+"""Level that stands for a covered projector."""
 _STREAM = zlib.crc32(b"ramps")
 """Keeps the noise of ramps apart from a scan's of the same seed: SeedSequence ignores trailing zeros."""
 

@@ -35,6 +35,7 @@ RESPONSES = {"linear": linear, "srgb": srgb, "s": s_curve}
 
 
 _OFF = 6
+"""Pictures with the lamp off, exposures halved each time, as ramp folders have them."""
 
 
 @dataclass(frozen=True)

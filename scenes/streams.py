@@ -14,8 +14,11 @@ import numba as nb
 import numpy as np
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""2^64 over the golden ratio, odd: SplitMix64's increment."""
 _MIX1 = np.uint64(0xBF58476D1CE4E5B9)
+"""First multiplier of SplitMix64's output function."""
 _MIX2 = np.uint64(0x94D049BB133111EB)
+"""Second multiplier of SplitMix64's output function."""
 
 
 def stream_key(identity: tuple[int, ...], source: str) -> np.uint64:

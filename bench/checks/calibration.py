@@ -26,9 +26,13 @@ from scenes.ramp_folder import write_ramps
 from scenes.scene import SceneSpec, scene_from
 
 CAMERA_MIX = [[1.0, 0.12, 0.03], [0.08, 1.0, 0.10], [0.02, 0.15, 1.0]]
+"""Crosstalk of usual size and no symmetry, so that a transposed answer shows."""
 PROJECTOR_MIX = [[1.0, 0.06, 0.01], [0.10, 1.0, 0.07], [0.02, 0.09, 1.0]]
+"""The same of the projector, and other numbers, so that one taken for the other shows."""
 LENS = [-0.15, 0.1, 0.001, -0.001, 0.0]
+"""k1, k2, p1, p2, k3 of a usual lens: the corner of the picture moves by some per cent."""
 BENT = {"black_level_dn": 20.0, "vignetting": 0.2, "response": {"gamma": 0.6}}
+"""A camera whose response and vignetting are far from none."""
 PHOTOMETRY: dict[str, dict[str, Any]] = {
     "linear, 10 bits": {},
     "gamma 0.6, 10 bits, vignetting": {"camera": BENT, "projector": {"gamma": 1.8, "vignetting": 0.2}},
@@ -45,6 +49,7 @@ PHOTOMETRY: dict[str, dict[str, Any]] = {
         "projector": {"crosstalk": PROJECTOR_MIX, "flicker": 0.003},
     },
 }
+"""Name of a row of the table, and what differs from the default scene."""
 CODES = ("gray_phase", "xor_phase", "micro_phase", "heterodyne")
 BOARD = Board(9, 6, 20.0)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from burrscan.colour.scan import scan_colour
 from burrscan.correspondence import Scan
+from burrscan.robust import SIGMA_PER_MEDIAN
 from burrscan.scan.adaptive import scan_adaptive
 from burrscan.scan.rivals.fixed import scan_fixed
 from scenes.scene import scene_document, scene_from
@@ -21,12 +22,15 @@ from scenes.transport.store import default_folder
 from scenes.truth import Truth
 
 _CAMERA = [[1.0, 0.12, 0.03], [0.10, 1.0, 0.08], [0.02, 0.15, 1.0]]
+"""Crosstalk of usual size and no symmetry."""
 _PROJECTOR = [[1.0, 0.08, 0.01], [0.06, 1.0, 0.07], [0.01, 0.05, 1.0]]
+"""The same of the projector, and other numbers."""
 _GREY: dict[str, tuple[Callable[..., Scan], dict[str, Any]]] = {
     "grey, adaptive": (scan_adaptive, {}),
     "grey, adaptive, 42 frames": (scan_adaptive, {"frames": 42}),
     "grey, fixed": (scan_fixed, {}),
 }
+"""Scans by one channel, which know no crosstalk."""
 _COLOUR: dict[str, tuple[Callable[..., Scan], dict[str, Any]]] = {
     "colour, adaptive": (scan_colour, {}),
     "colour, adaptive, 150 frames": (scan_colour, {"parameters": {"frames": 150}}),
@@ -59,7 +63,7 @@ def _row(name: str, scan: Scan, truth: Truth) -> str:
     off = (found.u_px - truth.u_response_px)[seen]
     near = np.abs(off) <= 1.0
     pulls = (off / found.sigma_u_px[seen])[near]
-    pull = 1.4826 * np.median(np.abs(pulls - np.median(pulls)))
+    pull = SIGMA_PER_MEDIAN * np.median(np.abs(pulls - np.median(pulls)))
     coverage = (found.mask & truth.measurable).sum() / truth.measurable.sum()
     rms = np.sqrt(np.mean(off[near] ** 2))
     return f"| {name} | {scan.frames} | {coverage:.1%} | {1 - near.mean():.2%} | {rms:.3f} | {pull:.2f} |"

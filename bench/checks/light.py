@@ -18,12 +18,15 @@ import numpy as np
 
 from bench.checks.zoomed import DRUM, GROOVED, Compared, Zoom, compare
 from burrscan.arrays import Bools, Floats
+from burrscan.robust import SIGMA_PER_MEDIAN
 from scenes.finish import FinishSpec, Metal
 from scenes.renderer import activate
 from scenes.wheel import AxialRidge, BurrSpec, Nick, RimBurr
 
 _KNOWN = 0.025
+"""Standard deviation of the reference over the light, up to which a pixel is compared."""
 _STRIPES_PX = 24.0
+"""Period whose shift is compared: a usual fine stripe."""
 _METALS: tuple[Metal, ...] = ("aluminium", "steel", "brass", "chrome")
 
 
@@ -120,7 +123,7 @@ def _print(name: str, errors: _Errors) -> None:
     white, shift, reference = (
         np.quantile(values, [0.5, 0.9]) for values in (errors.white, errors.shift_px, errors.reference)
     )
-    spread = 1.4826 * np.median(np.abs(errors.z - np.median(errors.z)))
+    spread = SIGMA_PER_MEDIAN * np.median(np.abs(errors.z - np.median(errors.z)))
     correlation = float(np.asarray(np.corrcoef(errors.pairs.T))[0, 1])
     print(
         f"{name:26s} {errors.white.size:6d}  {100 * white[0]:4.1f} / {100 * white[1]:4.1f}   "

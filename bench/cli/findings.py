@@ -15,7 +15,9 @@ from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
 from burrscan.meshio import inspection_document, write_deviation_ply
 
 _MOST_SHOWN = 30
+"""Burrs listed: a screen of them."""
 _USUAL_MM = (1.0, 10_000.0)
+"""Extent of parts that are inspected, 1 mm to 10 m: others are more likely in another unit."""
 
 
 def deliver(

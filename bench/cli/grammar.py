@@ -15,6 +15,7 @@ Commands = Any
 """What ``add_subparsers`` returns; argparse keeps its type private."""
 
 _FEWEST_CORNERS, _MOST_CORNERS = 3, 200
+"""Inner corners a side: two do not tell a board's way round, hundreds are a slip."""
 
 
 class Parser(argparse.ArgumentParser):

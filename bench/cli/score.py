@@ -17,6 +17,7 @@ from bench.summary.goals import goal_rows
 from bench.summary.table import Row, score_table
 
 _DECIMALS = {"count": 1, "deg": 4}
+"""Per unit, where they are not three."""
 
 
 def terminal_table(run: Run) -> Table:

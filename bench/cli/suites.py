@@ -9,6 +9,7 @@ from bench.cli.grammar import Commands, add_json_instead, command
 from bench.cli.output import write_json
 
 _FEW = 5
+"""Variants named in a row of the table; it says how many more there are."""
 
 
 def add(commands: Commands) -> None:

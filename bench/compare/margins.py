@@ -39,6 +39,7 @@ MARGINS: dict[str, float] = {
 """Metric to its default margin, in the metric's unit (shares as fractions, not per cent)."""
 
 _OTHERS = {"1": 0.01, "mm": 0.05, "deg": 0.05, "count": 0.5}
+"""Margin of a metric that has none of its own, by its unit."""
 
 GATED: tuple[str, ...] = (
     FAILURES, "coverage", "wrong_rate", "depth_rms_mm", "axis_deg", "axis_offset_mm", "generatrix_rms_mm",

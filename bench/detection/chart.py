@@ -13,10 +13,14 @@ from bench.detection.records import Detection
 from burrscan.arrays import Floats
 
 WIDTH, HEIGHT = 560.0, 360.0
+"""Of the picture, in units that the page scales."""
 COLOURS = ("#8a5a00", "#1f6f8b", "#7a3e9d", "#3f8f5f")
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 16.0, 14.0, 46.0
+"""Room beside the frame for ticks and titles."""
 _LINE = 15.0
+"""Height of a line of the legend."""
 _ROUND = (1.0, 2.0, 5.0)
+"""Digits of ticks on a logarithmic axis."""
 
 
 def chart(found: Sequence[Detection], *, title: str = "Probability of detection") -> Markup:

@@ -16,11 +16,15 @@ from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
 _TINY = 1e-12
+"""Keeps logarithms finite where a curve is 0 or 1 to rounding."""
 _DIRECTIONS = 120
+"""Rays on which the rim of a likelihood region is found, 3° apart; the region is convex."""
 _RIDGE = 1e-6  # keeps the fit finite where misses and hits do not overlap
 _STEEPEST = 200.0  # per standard deviation of sizes: a step, for all that data can tell
 _SLICES = 7
+"""Values of an asymptote for each of which the region of the line is found."""
 _LARGEST_ASYMPTOTE = 0.45
+"""Below a half, so that a curve still rises through the 50 % that its size is read off at."""
 _AXES: dict[Scale, str] = {"log": "log size", "linear": "size"}
 
 

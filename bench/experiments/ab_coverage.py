@@ -18,7 +18,9 @@ from bench.statistics.flips import mean_test
 from burrscan.arrays import Floats
 
 COUNTS = (8, 16, 24)
+"""Scenes of small comparisons; eight is the fewest whose signs can be significant at 1 %."""
 _DRAWS = 2000
+"""Bootstrap resamples: an end of a 95 % interval is the fiftieth of them."""
 Ends = tuple[float, float]
 
 

@@ -19,7 +19,9 @@ from bench.detection import PodCurve, fit_hit_miss, fit_signal
 from burrscan.arrays import Floats
 
 MIDDLE, WIDTH = math.log(0.5), 0.35
+"""Of the true logistic curve, in log mm: half of 0.5 mm burrs are found."""
 SLOPE, OFFSET, NOISE, THRESHOLD = 0.9, -0.1, 0.3, 0.4
+"""Of the true signal response: logarithm of mm over that of mm, and the limit it is called at."""
 
 
 def main() -> None:

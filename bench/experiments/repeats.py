@@ -35,6 +35,7 @@ REPEATS = Path(__file__).with_name("repeats.csv")
 """What :func:`main` writes: one row per scene, seed and look; ``found`` has a 1 or 0 for each true burr."""
 
 LOOKS = 4
+"""Scans of each case: six pairs of like with like."""
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ from burrscan.codes.rivals.heterodyne import beats_px, heterodyne
 from burrscan.devices import CameraSheet
 
 _HEIGHT, _WIDTH, _STEPS, _FINEST_PX = 1024, 1280, 8, 16.0
+"""The pictures of the module's first line; both decoders are given the same."""
 _CAMERA = CameraSheet()
 Decoder = Callable[[Image, int], Floats32]
 

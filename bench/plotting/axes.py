@@ -19,10 +19,16 @@ Marks = tuple[tuple[float, str], ...]
 """Places on an axis and what is written there."""
 
 WIDTH = 380.0
+"""Of every picture, in units that the page scales to its column."""
 _DIGITS = ((1, 2, 5), (1, 1.5, 2, 3, 4, 6, 8), tuple(digit / 10 for digit in range(10, 100)))
+"""Of ticks on a logarithmic axis: coarse ones first, finer ones where less than a decade is shown."""
 _MOST_MARKS = 9
+"""Texts along an axis before they touch."""
 _FINEST = 0.15  # of a picture unit: a straight line this near to a curve cannot be told from it
 _LEFT, _RIGHT, _TOP, _BOTTOM = 54.0, 14.0, 8.0, 36.0
+"""Room beside the frame for ticks and titles."""
+SIDES, ENDS = _LEFT + _RIGHT, _TOP + _BOTTOM
+"""What a picture is wider, and higher, than its frame."""
 
 
 @dataclass(frozen=True)

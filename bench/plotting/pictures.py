@@ -14,9 +14,13 @@ from numpy.typing import NDArray
 from burrscan.arrays import Ints, Levels
 
 _PHOTO_QUALITY = 82
+"""Of WebP: a camera's noise survives, and the page stays small."""
 _DRAWING_QUALITY = 60
+"""Of WebP for renderings, which have no noise to keep."""
 _WIDEST = 512
+"""Pixels of a picture on the page; wider ones are reduced."""
 _SCREEN_GAMMA = 2.2
+"""Of a usual screen (sRGB, nearly)."""
 _LOSSLESS = 101  # OpenCV's way to say so
 _STEPS = 20  # colour steps on each side of zero: enough to see, few enough to stay small
 

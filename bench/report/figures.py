@@ -20,6 +20,7 @@ from bench.report.solid import Solid, viewer
 from burrscan.arrays import Levels
 
 _FAIR_SHARE = 0.15
+"""Of the best seen angle's: less is a strip at the limb, which would make the map wide and empty."""
 _OUTSIDE = np.array([1000.0, 0.0, 500.0])  # where to look from at what no camera saw
 
 PIXEL_COLOURS = {1: "#e0a030", 2: "#3f8f5f", 3: "#c0392b", 4: "#7a5cc0"}

@@ -15,11 +15,15 @@ from bench.score.metrics import metric_named
 from bench.summary.table import typical
 
 WIDTH, HEIGHT = 320.0, 24.0
+"""Of a row's plot, in units that the page scales."""
 _SIDE = 12.0
+"""Room at both ends, so that a mark there is whole."""
 _TICKS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+"""In margins; the axis is logarithmic far from zero."""
 _ROOM = {1: 22.0, 2: 28.0, 3: 34.0, 4: 40.0}  # that a tick's text needs, by its length
 _LEAST = 4.0  # margins that the axis shows on each side, at least
 _MOST = 1000.0
+"""Margins that the axis shows at most: beyond, only that it is far matters."""
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,14 @@ from bench.summary.table import summarise
 
 _MOST_VALUES = 8  # of a number; more are put into groups of equal size
 _MOST_GROUPS = 5
+"""Along a side of a table of a random design, so that a cell holds some scenes."""
 _SCENES = 4  # of a random design in a cell of two parameters, about: fewer say nothing
 _BESIDE = 2  # sides that are shown beside each other; more are shown one at a time
 _DARKEST = 0.62
+"""Opacity of a full colour: the number on it must stay readable."""
 _SATURATED = 30.0  # margins at which a difference has its full colour
 _LETTER_PX, _CELL_PX = 7, 64
+"""Widths by which a table is judged to fit beside another."""
 _NOT_SWEPT = {"seed", POINT}
 
 Key = tuple[str, str]

@@ -21,7 +21,9 @@ _TITLES = {"hit/miss": "Hit or miss", "signal": "Signal response: measured heigh
 _SIZES = ("burr.height_mm", "burr.width_mm")
 """Swept sizes divide no curve: they are what it is drawn over."""
 _MOST_BANDS = 3
+"""Curves whose bands are drawn; more would hide each other."""
 _SHARES = ((0.0, "0"), (25.0, "25"), (50.0, "50"), (75.0, "75"), (90.0, "90"), (100.0, "100"))
+"""Ticks in per cent; 90 is what a90 is read off at."""
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,14 @@ from burrscan.arrays import Floats, Levels
 
 _FINEST = 4095  # steps of a coordinate along the longest side: 12 bits
 _UNKNOWN = 255
+"""Byte of a vertex whose value is not known."""
 _HALF = 127
+"""Steps of a byte to each side of zero: 0 to 254 are values."""
 _LIGHT = 0.35  # of the brightness stays where a face is seen edge on
 _STILL = (640, 360)
+"""Pixels of the picture shown before the viewer starts."""
 _TURN_DEG, _TILT_DEG = -20.0, 18.0
+"""From the camera's side: a little, so that depth shows."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from bench.score.metrics import metric_named
 from bench.summary.budget import BudgetRow, budget_rows
 
 _WIDTH, _HEIGHT = 320.0, 16.0
+"""Of a bar's plot, in units that the page scales."""
 STAGES = ("decoding", "triangulation", "coverage", "axis", "generatrix", "burrs")
 """In the order of the pipeline; each has a colour of its own on the page."""
 

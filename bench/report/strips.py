@@ -29,6 +29,7 @@ from bench.summary.table import summarise, value_of
 from burrscan.arrays import Floats
 
 _JITTER_PX = (0.0, -4.0, 4.0, -2.0, 2.0)
+"""Heights of dots in turn, so that like cases do not hide each other."""
 
 
 @dataclass(frozen=True)

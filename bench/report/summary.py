@@ -13,6 +13,7 @@ from bench.score import HEADLINE, metric_named
 from bench.summary.table import summarise, typical, value_of
 
 _FEWEST = 6
+"""Cases of each side: of fewer no test of signs is significant at 5 % (2 / 2⁵ = 6 %)."""
 _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same
 
 
@@ -185,6 +186,7 @@ def _axis_phrase(records: Sequence[Record]) -> str:
 
 
 _ACROSS_DEG = 45.0
+"""Beyond, an axis is nearer to being across than along."""
 
 
 def _of(found: int, there: int) -> str:

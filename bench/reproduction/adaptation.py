@@ -28,6 +28,7 @@ TITLES = {
     "default_adapted": "default, adapted light",
 }
 _COVERED, _ON_BURR, _WRONG, _CLIPPED, _EXPOSURE, _TRIANGLES, _FRAMES = range(7)
+"""Columns of a scan's numbers."""
 
 
 def measure(lab: Lab) -> Numbers:

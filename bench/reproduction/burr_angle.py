@@ -33,9 +33,11 @@ from burrscan.pipeline import inspect_surface
 TRUE_DEG = 10.0
 """Of the burr that faces the scanner (scene ``seam``)."""
 WITHIN_DEG = 5.0
+"""The paper's t = 5π / 180 (section 4)."""
 FRAMES = 20
 """Random frames: the paper's own is not known."""
 _SHOWN = 12_000
+"""Points drawn: a picture's worth."""
 _OWN, _TRUE = "own", "true"
 
 

@@ -18,11 +18,16 @@ from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 
 CIRCLES, SAMPLES, T_DEG = 9, 4, 5.0
+"""Nine circles leave room for each share of wrong ones; N = 4 and t = 5π / 180 the paper's (section 4)."""
 SPREAD_DEG = 0.5
 """Standard deviation of the angles of circles that do see the burr."""
 SHARES = tuple(range(CIRCLES + 1))
+"""Numbers of wrong circles, all there are."""
 LENGTHS = (1.0, 0.75, 0.5, 0.25, 0.1)
+"""Of the burr over the part's width: the paper's burr is whole, ours get shorter until few circles meet
+them."""
 BURR_DEG = 10.0
+"""Away from 0, where a wrong sign or an unset angle would pass."""
 
 
 def chance_of_a_right_sample(wrong: float) -> float:

@@ -17,8 +17,9 @@ from burrscan.arrays import Floats
 from burrscan.axis.rivals.seed import nearest_to_others
 
 FRAMES = 40
-ENOUGH_MM = 0.3
+"""Random frames; halved errors would need four times as many."""
 ROUNDS = (1, 2, 5, 20, 100)
+"""Of RANSAC: the paper's five, fewer and many more."""
 
 
 def separation(right: Floats, wrong: Floats) -> float:

@@ -13,6 +13,7 @@ from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
 
 _SHOWN = 15_000
+"""Points drawn: a picture's worth."""
 _WIDEST = 1.6
 """Circles larger than so many times the mesh's extent run out of the picture."""
 

@@ -9,14 +9,14 @@ import numpy as np
 from markupsafe import Markup
 
 from bench.plotting import pictures
-from bench.plotting.axes import WIDTH, Axes, log_marks, padded
+from bench.plotting.axes import ENDS, SIDES, WIDTH, Axes, log_marks, padded
 from bench.plotting.pictures import picture
 from burrscan.arrays import Bools, Floats, Levels
 
 RASTER = 640
 """Width in pixels of points drawn as a picture."""
-_SIDES, _ENDS = 58.0, 44.0
 _LEVELS = 40
+"""Colours of a heat map: steps too small to see, and a picture that packs well."""
 _HEAT = ((13, 32, 77), (28, 99, 140), (62, 159, 142), (160, 205, 110), (250, 235, 140))
 """From the least to the largest, even steps in lightness."""
 
@@ -36,7 +36,7 @@ def equal_axes(points: Floats, x_title: str, y_title: str, *, margin: float = 0.
     low, high = known.min(axis=0), known.max(axis=0)
     room = margin * float((high - low).max())
     low, high = low - room, high + room
-    inner = (WIDTH - _SIDES) * float((high[1] - low[1]) / (high[0] - low[0]))
+    inner = (WIDTH - SIDES) * float((high[1] - low[1]) / (high[0] - low[0]))
     height = min(max(inner, 90.0), 420.0)
     extra = (height / inner - 1.0) / 2.0
     if extra > 0.0:
@@ -46,7 +46,7 @@ def equal_axes(points: Floats, x_title: str, y_title: str, *, margin: float = 0.
         grow = (inner / height - 1.0) / 2.0 * float(high[0] - low[0])
         low[0], high[0] = low[0] - grow, high[0] + grow
     return Axes(
-        (float(low[0]), float(high[0])), (float(low[1]), float(high[1])), x_title, y_title, height + _ENDS
+        (float(low[0]), float(high[0])), (float(low[1]), float(high[1])), x_title, y_title, height + ENDS
     )
 
 
@@ -57,7 +57,7 @@ def bulk(points: Floats, *, share: float = 0.005) -> Floats:
 
 def dots(axes: Axes, layers: Sequence[Layer]) -> Markup:
     """Many points as one picture, later layers on top."""
-    height = round(RASTER * (axes.height - _ENDS) / (WIDTH - _SIDES))
+    height = round(RASTER * (axes.height - ENDS) / (WIDTH - SIDES))
     labels = np.zeros((height, RASTER), np.uint8)
     for number, layer in enumerate(layers, 1):
         _mark(labels, axes, layer, number)

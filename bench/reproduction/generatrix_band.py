@@ -27,6 +27,7 @@ STEPS = 40
 FRAMES = 20
 """Random frames, each with a draw of the noise of its own."""
 _SHOWN = 15_000
+"""Points drawn: a picture's worth."""
 
 
 def thickness_mm(z_mm: Floats, r_mm: Floats, *, steps: int = STEPS, share: float = 0.01) -> Floats:

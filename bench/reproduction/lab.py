@@ -27,6 +27,7 @@ DEFAULT = Pipeline()
 PIPELINES: Mapping[str, Pipeline] = {"seed": SEED, "default": DEFAULT}
 """The two columns of the page."""
 FULL_SCALE, QUICK_SCALE = 0.5, 0.2
+"""Of the rasters: for the page, and for a look or a test."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,10 @@ BASIN_DEG = 12.0
 DEEPENED = 10
 """The best minima of the grid are followed to their bottoms."""
 MERGED_DEG = 4.0
+"""Bottoms nearer than this are of one basin, which was followed from two places of the grid."""
 Objective = Callable[[Floats], float]
 _SIDES = np.array([(a, b) for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0) if a or b])
+"""The eight neighbours of an orientation in (θ, φ)."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,9 @@ from burrscan.axis.rivals.seed import quality_of
 from burrscan.axis.sections import fit_circles, sections, turned_to_z
 
 PLANES = 10
+"""The paper's P (section 3.2)."""
 TOLERANCE_MM = 1.0
+"""The paper's, of RANSAC's circles (section 3.2)."""
 
 
 @dataclass(frozen=True)

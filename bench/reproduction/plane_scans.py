@@ -18,6 +18,7 @@ SCENE = "plane"
 FILL = 0.8
 """Share of the camera's range that the plane's median fills without adaptation."""
 PERIOD_PX = 16
+"""Of the sine whose harmonics the errors along a row are read for, projector px."""
 SURFACE_MM = 5.0
 """Of the disc, along its axis."""
 SCANS: Mapping[str, tuple[str, Mapping[str, Any]]] = {

@@ -11,9 +11,9 @@ from bench.reproduction.parts import Claim, Numbers, Picture, Section, both, num
 from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
 
-_VIEW = view_from(azimuth_deg=-90.0, elevation_deg=18.0)
 _SHOWN = 15_000
-INK, GREEN, RED = "#5f6b7a", "#0a8f4d", "#d62728"
+"""Points drawn: a picture's worth."""
+INK, GREEN = "#5f6b7a", "#0a8f4d"
 
 
 def measure(lab: Lab) -> Numbers:

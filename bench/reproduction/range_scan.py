@@ -17,6 +17,7 @@ from bench.reproduction.shade import frame_of, shaded, view_from
 from burrscan.arrays import Floats, Ints32
 
 _OBLIQUE = view_from(azimuth_deg=-65.0, elevation_deg=20.0) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+"""From beside the scanner and above: a hole that it could not see shows from there."""
 
 
 def mesh_counts(faces: Ints32) -> tuple[int, int, int, float]:

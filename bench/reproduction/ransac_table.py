@@ -15,8 +15,11 @@ from burrscan.arrays import Floats
 from burrscan.axis.sections import ransac_rounds
 
 TOLERANCES_MM = (2.5, 1.7, 0.83, 0.42, 0.21)
+"""First column of the paper's table."""
 REJECTED = (0.06, 0.08, 0.16, 0.46, 0.61)
+"""Second column, printed in whole per cent."""
 ROUNDS = (3, 4, 6, 28, 73)
+"""Third column: N for p = 0.99 and s = 3."""
 
 
 def implied_sigma_mm() -> Floats:

@@ -26,8 +26,10 @@ METHODS = {
     "profile": "default",
 }
 SPINS_DEG = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
+"""Views that cover the whole wheel, each with its own sixth."""
 KINDS = ("one view", "whole wheel", "one view, noisy", "whole wheel, noisy")
 FRAMES = 10
+"""Random frames of each kind: some rivals take seconds."""
 
 
 def whole(views: list[Scanned], *, noise_mm: float = 0.0) -> tuple[Floats, Ints32]:

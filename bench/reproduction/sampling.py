@@ -13,7 +13,9 @@ from burrscan.axis.fitting.starts import hemisphere
 from burrscan.axis.rivals.seed import orientation_grid
 
 SHOWN = 24
+"""Angles a side of the dense grid that is drawn and measured, beside the three of the paper's first look."""
 _VIEW = view_from(azimuth_deg=25.0, elevation_deg=28.0)
+"""So that the pole, where the paper's rule crowds, is in view."""
 
 
 def directions_of(grid: Floats) -> Floats:

@@ -64,6 +64,7 @@ from scenes.truth import Truth
 from scenes.wheel import TrueBurr, deviation_mm
 
 _WIDEST = 480
+"""Pixels of a map kept for the report; wider ones are thinned."""
 
 MEASURABLE, RIGHT, WRONG, SATURATED = 1, 2, 3, 4
 """Codes of ``pixels`` beside 0, nothing there."""

@@ -27,7 +27,9 @@ SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """What BLAS reads when it is loaded."""
 
 _ATTEMPTS = 2
+"""At a case whose worker died: the machine may have killed it for another's memory; twice is its doing."""
 _PATIENCE_S = 5.0
+"""That a worker told to end is waited for before it is killed."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from burrscan.arrays import Bools, Floats, Ints, Ints32
 _FINER = 2  # cells along an edge of a cell that is divided
 _ROUGH_SHARE = 0.08  # of the cells, those in which the values differ most, are divided
 _GROWTH = 1.12
+"""Of the cells' side, until few enough are occupied: ends within a quarter of the number wanted."""
 
 
 @dataclass(frozen=True)

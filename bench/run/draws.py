@@ -12,6 +12,7 @@ from burrscan.variants import resolve
 
 _KINDS = ("scan", "axis", "generatrix", "burrs")
 _MOST = 2**31 - 1
+"""Largest seed: of a signed 32-bit number, which every generator takes."""
 
 
 def seeded(pipeline: Pipeline, identity: str) -> Pipeline:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from bench.score.evidence import Evidence
+from burrscan.robust import SIGMA_PER_MEDIAN
 from scenes.measurable import LIMIT_PX
 
 
@@ -74,7 +75,7 @@ def pull_spread(evidence: Evidence) -> float:
     """
     pulls = np.abs(evidence.inlier_error_px / evidence.outcome.scan.correspondence.sigma_u_px)
     pulls = pulls[np.isfinite(pulls)]
-    return 1.4826 * float(np.median(pulls)) if pulls.size else math.nan
+    return SIGMA_PER_MEDIAN * float(np.median(pulls)) if pulls.size else math.nan
 
 
 def saturated_share(evidence: Evidence) -> float:

@@ -17,6 +17,7 @@ from scenes.wheel import deviation_mm
 OFF_DEG = 1.0
 """A run that is off by more than this has found another axis (issue 4)."""
 Z_95 = 1.96
+"""Half-width of a 95 % interval in normal standard deviations."""
 
 
 def axis_deg(evidence: PartEvidence) -> float:

@@ -29,7 +29,9 @@ DRAWN = 99_999
 """Beyond, so many are drawn, always the same ones. With the one that was seen they are 100,000."""
 
 _SEED = 20050718
+"""Of the signs drawn: any, but the same in every comparison."""
 _CHUNK = 10_000
+"""Draws summed at once: bounds memory."""
 _DIGITS = 12  # of numbers relative to the largest: what cancels must be zero, not 1e-17
 
 

@@ -23,6 +23,8 @@ POINT = "point"
 """The parameter that numbers the points of a random design."""
 
 _LONGEST_ID = 160
+"""Characters of a case's name, which names files: 255 bytes are what a file system takes, and suffixes
+follow."""
 _MOST_WORDS = 5  # of a table without a name: more of them are no name
 _HANDY_ID = 100  # beyond it values drawn are left to the case's parameters: its point's number names it
 _Point = tuple[dict[str, Any], dict[str, Any]]

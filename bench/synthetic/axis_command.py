@@ -22,6 +22,7 @@ from burrscan.axis import METHODS
 
 HEADS = ("method", "arc deg", "sigma mm", "median deg", "bound deg", "off", "95 % hold", "ms")
 WIDTHS = (20, 8, 9, 11, 10, 10, 14, 8)
+"""Characters of the table's columns."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

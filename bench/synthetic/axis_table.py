@@ -18,7 +18,9 @@ from burrscan.errors import InputError
 from burrscan.inspection import Axis
 
 SIGMAS_MM = (0.05, 0.2, 1.0)
+"""Noise along the normal: of a good scanner, of a usual one, and of the seed paper."""
 ARCS_DEG = (140.0, 60.0)
+"""Of the turn that a scan shows: a whole view of a wheel, and a narrow one."""
 SHAPE = (484, 128)
 """Vertices around and along: 122,682 triangles."""
 

@@ -52,3 +52,4 @@ def run(given: argparse.Namespace) -> None:
 
 
 DIGITS = {"height_mm": 3, "angle_deg": 4, "area_mm2": 3}
+"""Decimals of each quantity measured, finer than its error."""

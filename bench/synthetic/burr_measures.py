@@ -15,7 +15,9 @@ from burrscan.axis.basis import origin_mm
 from burrscan.inspection import Burr, Inspection, Value
 
 SIZES_MM = {"protrusion": 1.2, "nick": -1.2}
+"""Heights of the two sides, out of and into the surface."""
 WIDTH_DEG = 1.0
+"""Of the base: 1.6 mm at the radius of 90 mm."""
 ENDS_MM = (-10.0, 6.0)
 """On the middle face of the stepped wheel, whose radius is 90 mm at z = -12 and grows by a tenth of z."""
 

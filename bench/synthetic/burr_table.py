@@ -18,9 +18,13 @@ from burrscan.inspection import Burr, Value
 TURNS: dict[str, tuple[float, float]] = {"along": (0.0, 0.0), "±5°": (-5.0, 5.0), "any": (-90.0, 90.0)}
 """Angle of the vertices' grid to the burr, degrees: the range it is drawn from."""
 HEIGHTS_MM = (2.0, 1.5)
+"""Of burrs that the table asks to be found."""
 WIDTH_DEG = 0.6
+"""Of the base: 0.95 mm at the mean radius, few vertices across."""
 SIGMA_MM = 0.05
+"""Noise along the normal, of a good scanner."""
 WITHIN_DEG = 1.0
+"""A burr found within this of the true angle is the true one."""
 MEAN_RADIUS_MM = 91.22
 """Of the stepped wheel, along its curve: where a burr all along it has its mean cross-section."""
 CLEAN: tuple[tuple[str, float, Disturbance], ...] = (

@@ -29,6 +29,8 @@ METHODS: dict[str, str] = {
 """Short name to function, of the methods that come with burrscan."""
 
 _LEAST_ACROSS, _MOST_ACROSS = 1e-9, 1e12
+"""Largest extent, in the mesh's own unit: outside of these no unit of length makes a part, and the number
+is an error."""
 _THIN = 1e-7
 """Of the largest extent: what is thinner is flat to single precision, in which meshes are stored."""
 

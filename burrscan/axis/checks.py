@@ -12,12 +12,18 @@ from burrscan.axis.points.cloud import canonical_cloud, moments, voxel_moments
 from burrscan.axis.points.surfels import Surfels, surfels_of
 from burrscan.axis.sections import fit_circles, sections
 from burrscan.inspection import Axis, Check
+from burrscan.robust import SIGMA_PER_MEDIAN
 
 PLANES = 20
+"""Sections across the axis: twice the seed paper's ten, so that the four good circles needed are left on a
+burred part."""
 LARGEST_LEAN = 0.02
 """Lean of the line of centres, rad: what a few short arcs can be wrong by."""
 LEAST_MARGIN = 1.2
+"""Cost of the next best axis over this one's. 1 is a tie; nearer to it more doubtful axes pass unmarked."""
 LARGEST_WAVE = 1.0
+"""In robust spreads: where the deviations swing by more than their noise, once around, the axis is beside
+the middle."""
 
 
 def axis_checks(
@@ -113,7 +119,7 @@ def _cost(surfels: Surfels, direction: Floats, place: Floats) -> float:
 def _symmetry(vertices: Floats, axis: Axis, deviation: Floats) -> Check:
     """The first harmonic of the deviations around the axis, as a wrong axis would leave it."""
     amount = np.abs(deviation[np.isfinite(deviation)])
-    sigma = 1.4826 * float(np.median(amount)) if len(amount) > 3 else 0.0
+    sigma = SIGMA_PER_MEDIAN * float(np.median(amount)) if len(amount) > 3 else 0.0
     share = 0.0
     if sigma > 0.0:
         e = perpendicular_basis(axis.direction)

@@ -12,6 +12,8 @@ from burrscan.errors import InputError
 from burrscan.inspection import Axis
 
 _UNIT = 1e-6
+"""How far a direction's length may be from 1: single precision and a division round by less, a forgotten
+division does not."""
 
 
 def in_sense(axis: Any, *, method: str) -> Axis:

@@ -20,6 +20,8 @@ WITHIN_DEG = 0.1
 WITHIN_MM = 0.1
 """The pose may lie beyond the stated extent by so much, or by three of its standard deviations."""
 _RIGID = 1e-6
+"""Largest entry of RᵀR - 1 and of the last row: single precision rounds by less; a scale or shear of a
+millionth is none."""
 _FRAME = "the part frame, T_part_mesh(axis.point_mm, axis.direction) of burrscan.axis.basis"
 
 

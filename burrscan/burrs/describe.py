@@ -20,6 +20,7 @@ _ELONGATED = 1.3
 _STRETCH = 6.0
 """Least length over which a height is stated, in spacings of the vertices."""
 _LEAST_SIGNIFICANCE = 4.0
+"""In noise deviations of the height: lower lets noise through as burrs, higher loses faint ones."""
 _NO_TRIANGLE = 0.02
 """Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
 _NO_HEIGHT = 0.5
@@ -27,6 +28,7 @@ _NO_HEIGHT = 0.5
 _CORNER = np.cos(np.radians(20.0))
 """Within a burr's height along the curve the normal turns by more in a corner."""
 _MOST_CORNERED = 0.35
+"""Share of a burr's vertices: with more of them left out, the rest tells neither height nor width."""
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 

@@ -20,7 +20,10 @@ from burrscan.burrs.field import Field
 BOXES = ((1, 3), (1, 9), (1, 27), (3, 9), (3, 27), (3, 3), (3, 1), (9, 1), (27, 1), (9, 3), (27, 3))
 """(rows, columns) of every matched box, in cells."""
 _SMALL = BOXES.index((3, 3))
+"""Index of the box of 3 × 3 cells, whose statistic says how far a burr's cells reach."""
 _LEAST_VERTICES = 4
+"""Of a region: its height, place, width and direction are four unknowns; from fewer vertices nothing is
+known."""
 _GROW = 2.5
 """A burr's cells reach out to where a box of 3 × 3 cells is this many sigma high."""
 _EXPLAINED = 0.5

@@ -21,12 +21,17 @@ _CLIP = 6.0
 _VERTICES_ACROSS = 1.5
 """Side of a cell of the field, in vertex spacings."""
 _MOST_CELLS = 4_000_000
+"""Bounds memory: a few images of 8 bytes a cell. Larger meshes get coarser cells, and narrow burrs fewer of
+them."""
 _MOSTLY_FILLED = 0.7
+"""Share of cells with a vertex: 2.25 random vertices a cell fill 89 %; much less, and part of the field is
+unseen."""
 _CORE = 2.5
 """Mean and spread are taken within this many sigma, where noise of any kind is bell-shaped."""
 _CORE_SPREAD = 0.9113
 """Standard deviation of a Gaussian cut off at 2.5 sigma."""
 _CORE_PASSES = 4
+"""From three times the overall spread inwards; each pass cuts at the spread that the one before left."""
 _SECTOR = np.radians(10.0)
 """Angle over which the noise is compared between parts of the arc."""
 _QUIETEST = 0.3
@@ -34,7 +39,10 @@ _QUIETEST = 0.3
 _FINEST_ROW = 60
 """Vertices that the level of a parallel takes."""
 _MOST_PARTS = 8
+"""Parallels per row of cells at most: bounds the time; finer ones only follow a finer error of the
+generatrix."""
 _FEWEST_LEVELLED = 8
+"""Vertices of a parallel: the median of fewer is as uncertain as half of their noise, which it would add."""
 
 
 @dataclass(frozen=True)

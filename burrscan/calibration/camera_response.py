@@ -21,21 +21,31 @@ from burrscan.calibration.ramps import ExposureRamp, tiles_of
 from burrscan.errors import InputError
 
 _DEGREE = 3
+"""Of the curve's B-splines: its slope is then piecewise quadratic, without kinks."""
 _PIECES = 16
+"""Even steps of the range; a camera's curve bends over larger parts of it, and finer steps follow the
+noise."""
 _OCTAVES = 5
+"""Knots at halved distances towards the dark, where a gamma curve's slope changes by factors: to 1/512 of
+the range."""
 _BEND = 0.2
 """Standard deviation taken for granted of a slope's second difference between knots, relative to the slope.
 
 It is loose, and decides only where no picture does.
 """
 _STEPS = 8
+"""Reweightings by slope and by fitted light; the start is a straight line."""
 _MOST = 6.0
 """Standard deviations that an observed DN may be off its fitted one."""
 _FEWEST_EXPOSURES = 6
+"""Below clipping. Each tile is a ramp of its own, whose steps must overlap others' for a curve of twenty
+coefficients."""
 _LEAST_SLOPE = 0.01
 """Of the mean one: below it a slope no longer adds weight."""
 _SLOPE_REACH = 1.0 / 128.0
+"""Of the range, to each side: smooths over single DN, and is narrower than the even knots' steps."""
 _SPARE_FRAMES = 4
+"""Frames beyond the curve's freedom, fewer of which do not tell a lamp's flicker from the curve."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from burrscan.errors import InputError
 from burrscan.rig import Rig, View
 
 FEWEST_VIEWS = 3
+"""Zhang's closed form has two equations a view and five unknowns of a camera (Zhang 2000)."""
 _OPEN = 0.02
 """Relative deviation of a focal length from which on the linear propagation no longer holds."""
 _DEVICE = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")

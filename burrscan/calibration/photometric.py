@@ -43,6 +43,7 @@ from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 
 _DRAWS = 2000
+"""Of the propagation of distributions: a standard deviation of so many is known to 1.6 %."""
 
 
 @dataclass(frozen=True)

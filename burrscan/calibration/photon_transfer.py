@@ -13,6 +13,7 @@ from burrscan.calibration.ramps import ExposureRamp, tiles_of
 from burrscan.errors import InputError
 
 _STEPS = 4
+"""Reweightings by the modelled variance, which starts at the observed one."""
 _LEAST_DN2 = 0.25
 """Below this variance the rounding is no noise of its own any more, and says nothing of the electrons."""
 

@@ -17,8 +17,11 @@ from burrscan.devices import ProjectorSheet
 from burrscan.errors import InputError
 
 _STEPS = 30
+"""Alternations of shares and lines, which settle geometrically; each is a few sums."""
 _OFF = -1
+"""Level that stands for a projector switched off or covered, in a ramp's list of levels."""
 _NOTHING = 1e-300
+"""Keeps a division finite where no picture tells; anything above it is information."""
 
 
 @dataclass(frozen=True)

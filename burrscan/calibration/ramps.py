@@ -11,7 +11,9 @@ from burrscan.arrays import Bools, Floats, Image, Ints, freeze
 from burrscan.errors import InputError
 
 _TILES = 12
+"""Along the shorter side: an uneven light hardly changes within one, and each still averages many pixels."""
 _LEAST_TILE_PX = 4
+"""A side: sixteen pixels give twelve differences of neighbours to tell the noise by."""
 _CLEAR = 4.0
 """Standard deviations from the ends of the range; to refuse clipped pixels would choose tiles by noise."""
 

@@ -18,6 +18,7 @@ from burrscan.scan import METHODS
 from burrscan.variants import check_parameters, resolve, shipped_only
 
 _NOISES = 6.0
+"""Deviations above black from which a pixel sees light: of a million dark ones, noise lifts none so far."""
 _STRAY_SHARE = 1e-4
 """Hot pixels: a picture in which fewer than this share of the pixels are above the dark is a dark one."""
 

@@ -10,6 +10,7 @@ from burrscan.correspondence import Correspondence
 from burrscan.rig import Rig
 
 _SWAP = np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""Exchanges the projector's x and y; a rig after it is mirrored, which columns and depths do not notice."""
 
 
 def along_baseline(correspondence: Correspondence, rig: Rig) -> tuple[Correspondence, Rig]:

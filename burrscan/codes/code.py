@@ -15,6 +15,7 @@ from burrscan.rig import View
 from burrscan.scanner import Patterns
 
 _TABLE = 65_536
+"""Lights between 0 and 1 whose levels are looked up: 1/65 535 is far below a projector's step of 1/255."""
 
 
 @dataclass(frozen=True)

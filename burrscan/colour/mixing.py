@@ -21,11 +21,17 @@ from burrscan.scan.exposure import ladder_ms
 from burrscan.scanner import Patterns, Scanner
 
 CHANNELS = 3
+"""Red, green and blue, of the camera and of the projector."""
 _PROBES = ("probe-red", "probe-green", "probe-blue", "probe-black")
 _LEAST_SHARE, _MOST_SHARE = 0.1, 0.9
+"""Of the well, between which a pixel tells the mixing: darker is noise, brighter may clip in a channel."""
 _ENOUGH_PIXELS = 200
+"""The mixing is a mean over them: so many leave a hundredth of its value even at a tenth of noise a pixel."""
 _LEAST_OWN = 0.02
+"""Of the best channel's: a primary seen less has to be so bright against the others that nothing is left to
+scan with."""
 _SINGULAR = 0.05
+"""Least singular value of the balanced mixing: unmixing multiplies the noise by up to its inverse, 20."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,12 @@ from burrscan.linear import linear_camera
 from burrscan.scanner import PassThrough, Patterns, Scanner
 
 _TOP = 65_535
+"""Of the unmixed camera's 16 bits; it stands for clipped."""
 _BLACK_DN = 2000.0
+"""Black level of the unmixed camera: unmixing makes dark pixels negative, and this many DN of noise must
+fit below 0."""
 _ADDS = 1e-3
+"""Weight of a channel in an unmixed picture, under which its clipping moves that by less than noise."""
 
 
 class MonoScanner(PassThrough):

@@ -20,7 +20,9 @@ from burrscan.generatrix.tracing.trace import trace
 from burrscan.inspection import Axis, Generatrix
 
 _MEDIAN_STEPS = 5
+"""Steps on the small cells from a chain of cells to near the median; the last is not smoothed."""
 _TUKEY_STEPS = 2
+"""Steps on the data: Gauss-Newton is linear in the offsets, and the first has set the weights right."""
 _SUBCELLS = 4
 """Small cells per cell, which stand for the data in the first steps."""
 _MOST_DATA = 0.75

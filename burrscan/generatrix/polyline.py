@@ -97,6 +97,8 @@ class Candidates:
 
 
 _MOST_CELLS = 512
+"""Along the longer side of the grid of candidate segments: bounds its memory; larger cells are exact, only
+slower."""
 
 
 def candidates(

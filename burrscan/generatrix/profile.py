@@ -108,6 +108,7 @@ def along_long_edges(profile: Profile, faces: Ints32, *, step_mm: float) -> Prof
 
 
 _MOST_POINTS_PER_EDGE = 256
+"""Bounds the points on one edge of a drawing whose others are very short."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -13,9 +13,8 @@ from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline
+from burrscan.robust import TUKEY
 
-_TUKEY = 4.685
-"""Tukey's constant for 95 % efficiency under Gaussian noise (Holland & Welsch 1977)."""
 _STIFFNESS = 0.05
 """How strongly a node without data follows its neighbours, relative to the mean weight of a node."""
 _ALIKE = 0.9
@@ -190,7 +189,7 @@ def _normal_equations(
         at = min(max(t[i] - d * skew[k], 0.0), 1.0)
         s = scale[node] * (1.0 - t[i]) + scale[node + 1] * t[i]
         if tukey:
-            x = d / (_TUKEY * s)
+            x = d / (TUKEY * s)
             w = (1.0 - x * x) ** 2 if -1.0 < x < 1.0 else 0.0
         else:
             w = multiple[i] / max(abs(d) / s, 0.5)

@@ -20,9 +20,12 @@ from burrscan.registration.matching import all_pairs, placed
 from burrscan.registration.solve import Prior, moved, solve, weights
 
 _GATE_SIGMAS, _GATE_SHRINK, _GATE_PITCHES = 3.0, 0.7, 2.0
+"""Pairs may be apart by three sigma of the rough poses, then less each round, down to two pitches, within
+which neighbours of sampled surfaces lie."""
 _STILL = 1e-3
 """Done when no view moves by more than this share of its neighbouring vertices' distance."""
 _RIGID = 1e-6
+"""Largest entry of R Rᵀ off the diagonal: poses written with seven decimals pass, a shear does not."""
 
 
 def align(

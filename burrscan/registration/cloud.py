@@ -13,8 +13,12 @@ from burrscan.errors import InputError
 from burrscan.registration.alignment import PosedSurface
 
 _FEWEST = 100
+"""Vertices on faces: with fewer there is no surface to align six unknowns by."""
 _ROUNDS = 6
+"""Of averaging over neighbours: reaches about √6 edges, enough to average noise off a normal and no edge
+away."""
 _LOPSIDED = 0.5
+"""In pitches: where the middle of the surroundings is this far off, they lie to one side, as at a border."""
 _BENT = 0.2
 """Thickness of the surroundings over their lesser width, from which they are an edge and no plane."""
 

@@ -10,9 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.registration.alignment import Pairs
-
-_TUKEY = 4.685
-"""95 % efficient with Gaussian errors (Holland & Welsch 1977)."""
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
 
 
 @dataclass(frozen=True)
@@ -73,8 +71,8 @@ def moved(pose: Floats, twist: Floats, middle_mm: Floats) -> Floats:
 def weights(pair: Pairs) -> Floats:
     """(M,) weights of the distances, 1/mm²."""
     z = pair.distance_mm / pair.sigma_mm
-    spread = max(1.4826 * float(np.median(np.abs(z))), 1.0)
-    inside = np.clip(1.0 - (z / (_TUKEY * spread)) ** 2, 0.0, None) ** 2
+    spread = max(SIGMA_PER_MEDIAN * float(np.median(np.abs(z))), 1.0)
+    inside = np.clip(1.0 - (z / (TUKEY * spread)) ** 2, 0.0, None) ** 2
     return np.asarray(inside / (spread * pair.sigma_mm) ** 2)
 
 

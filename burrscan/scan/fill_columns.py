@@ -13,6 +13,7 @@ from scipy.interpolate import RBFInterpolator
 from burrscan.arrays import Bools, Floats, Floats32
 
 _NEIGHBOURS = 24
+"""Blocks each spline goes through: two rings of a grid around a block; the cost grows with their cube."""
 
 
 def fill_columns(u_px: Floats32, known: Bools, *, wanted: Bools, block_px: int = 8) -> Floats32:

@@ -17,6 +17,8 @@ from burrscan.devices import CameraSheet
 from burrscan.scan.exposure import Response, sine_sigma_px
 
 _SMOOTH_PX = 1.5
+"""Standard deviation of the blur, projector px: a step of intensity within a stripe (6.5 px and more) would
+shift its phase."""
 
 
 def intensity_ladder(*, least: float, rungs: int = 14) -> Floats:

@@ -18,8 +18,10 @@ from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
 
 _GAUSS = 0.5 / np.sqrt(3.0)
+"""Node of the two-point Gauss rule on -½ .. ½."""
 _NODES = ((-_GAUSS, -_GAUSS), (-_GAUSS, _GAUSS), (_GAUSS, -_GAUSS), (_GAUSS, _GAUSS))
 _LONGEST_STEP_PX = 2.0
+"""Projector px per camera px: a steeper change is a depth jump, and no slope of a footprint."""
 
 
 def light_bias_px(

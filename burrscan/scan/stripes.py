@@ -19,8 +19,13 @@ import numpy as np
 from burrscan.arrays import Floats, Floats32, freeze
 
 _TRIES = 128
+"""Seeded random spreads, of which the one with the lowest side lobe is taken; more cost time, once per
+scanner."""
 _MAIN_LOBE_PX = 5.0
+"""Half-width of the match's peak, a little over half the mean period (9.2 px): what is farther is another
+column. As in matched.py."""
 _COARSEST_ROW_SHARE = 0.6
+"""Least frequency down a column over the finest: slants differ, so that no row repeats another's pattern."""
 
 
 @dataclass(frozen=True)

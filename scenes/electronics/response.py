@@ -15,7 +15,10 @@ from burrscan.documents import STRICT
 from burrscan.errors import InputError
 
 _KNOTS = 65_537
+"""Of the curve, even in light: one per step of 16 bits, so that a straight line between two is as good as
+the curve."""
 _DARKEST = 1e-12
+"""Where the search for the linear start's end begins: the equation has a pole at no light."""
 
 
 @dataclass(frozen=True)

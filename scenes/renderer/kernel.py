@@ -13,6 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 RAYS = 4096
+"""Enough that every lane of a vector unit and the loop's masks are used; a fraction of a second anywhere."""
 TOLERANCE = 1e-4  # float32 at distance 5, with the head-room of a fast square root
 
 

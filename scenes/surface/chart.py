@@ -17,7 +17,9 @@ from scenes.surface.cover import half_extent_mm
 from scenes.surface.spec import Blemish, Chatter
 
 _STEP_MM = 0.01
+"""Between points of the walked outline: a hundredth of the smallest blemish that a camera here would see."""
 _ON_AXIS_MM = 1e-3
+"""Radius below which there is no circumference to lay a blemish along."""
 
 
 class Chart:

@@ -8,8 +8,11 @@ from burrscan.arrays import Floats
 from scenes.surface.spec import Blemish, BrightSpot, Chatter, Scratch, Stain
 
 _FEATHER = 0.08
+"""Width of the rim over the radius, across which the cover rises: a sharp rim would alias in the texture."""
 _HARMONICS = np.arange(2, 7)
+"""Of the rim's outline: the first would shift it, higher ones than the sixth make teeth."""
 _SPARE = 1.02
+"""On the largest radius: the rim is sampled at half degrees, and its true maximum lies between."""
 
 
 def half_extent_mm(blemish: Stain | BrightSpot | Scratch) -> tuple[float, float]:

@@ -20,14 +20,21 @@ from scenes.surface.parts import Cover, SurfacePart
 from scenes.surface.spec import BrightSpot, Chatter, Scratch, Stain
 
 _PATCH = 512
+"""Texels along each side of a stain's or spot's texture: the rim's 8 % is then twenty texels wide."""
 _ALONG, _ACROSS = 512, 96
+"""Texels of a scratch's cover: its length and its much smaller width."""
 _GROOVE = 192
 """Square, for Mitsuba 3.9 scales a turned texture's gradient by the resolution of the wrong side."""
 _BAND = 512
+"""Texels across a band of chatter."""
 _ARC = 1024
+"""Texels round an arc of chatter, whose two ends are feathered; a whole turn has no ends and needs two."""
 _WAVE = 64
+"""Texels per wave of chatter: its slope is interpolated between them."""
 _MARGIN = 1.1
+"""Texture box over extent: the texture is nothing at its border, where clamping repeats it."""
 _WIDE_MARGIN = 1.5
+"""The same across a scratch, which has few texels there."""
 
 
 def part_bsdf(mi: Any, part: SurfacePart, *, channels: Channels) -> dict[str, Any]:

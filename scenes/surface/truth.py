@@ -14,6 +14,7 @@ from scenes.surface.cover import cover_of
 from scenes.surface.spec import Blemish
 
 _HALF = 0.5
+"""Cover from which a point is the blemish's: the middle of the rim."""
 
 
 @dataclass(frozen=True)

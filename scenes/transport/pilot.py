@@ -17,6 +17,7 @@ from scenes.transport.rows import SparseRows
 from scenes.transport.splat import response_centres, splat
 
 _SAMPLE_SETS = 256
+"""Different nets that pixels draw from, a power of two for a mask; too few, and pixels' errors repeat."""
 
 
 class Pilot(NamedTuple):

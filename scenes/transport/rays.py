@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 import drjit as dr
 import numpy as np
 
-from burrscan.rig import NO_DISTORTION, View
+from burrscan.rig import NO_DISTORTION, UNDISTORT_STEPS, View
 from scenes.transport.optics import Optics
-
-_UNDISTORT_STEPS = 12
 
 
 class Lit(NamedTuple):
@@ -44,7 +42,7 @@ def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> An
     x0, y0 = (column - view.cx) / view.fx, (row - view.cy) / view.fy
     x, y = x0, y0
     if view.distortion != NO_DISTORTION:
-        for _ in range(_UNDISTORT_STEPS):
+        for _ in range(UNDISTORT_STEPS):
             xd, yd = _distort(view, x, y)
             x, y = x - (xd - x0), y - (yd - y0)
     if optics.camera_aperture_mm == 0.0:

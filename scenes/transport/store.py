@@ -28,6 +28,7 @@ NOWHERE = "off"
 
 _LOG = logging.getLogger("burrscan.transports")
 _LIMIT_BYTES = 4 << 30
+"""Of the folder of stored transports, 4 GiB: then the oldest go."""
 _PARTS = ("direct", "indirect")
 _NAMES = ("starts", "columns", "values")
 _IMAGES = ("ambient", "u_px", "v_px", "spread_px", "indirect_sigma")

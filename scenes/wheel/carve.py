@@ -21,6 +21,7 @@ from scenes.wheel.solid import to_manifold
 from scenes.wheel.tool import Tool
 
 _MARGIN_SECTIONS = 2
+"""To each side of a tool: Boolean operations there must cut whole facets and not touch the seam."""
 
 
 @dataclass(frozen=True)

@@ -18,17 +18,27 @@ from burrscan.arrays import Floats
 from scenes.wheel.spec import AxialRidge, RimBurr, tip_thickness_mm
 
 _KNOT_MM = 4.0
+"""Between the random heights of a varying burr."""
 _KNOTS = 8
+"""Per correlation length, at which the process is drawn exactly; cubics in value and slope join them."""
 _FLOOR = 0.02
+"""Of the nominal height: the process has no lower end, and a burr of no height is a gap."""
 _THINNEST = 0.3
+"""Least thickness as a multiple of the nominal one."""
 THICKEST = 2.0
 """Largest thickness as a multiple of the nominal one, and 0.3 the least: the process is cut off there."""
 _STEEPEST_DEG = 60.0
+"""The lean is cut off there: flatter, a burr would lie on the wheel and cut into it."""
 _TORN_HEIGHT = 0.15
+"""Share of the height left at a tear."""
 _TEAR_MM = 0.4
+"""Length over which the height falls towards a tear."""
 _SHORTEST_MM = 0.2
+"""Pieces and gaps shorter than that are none: a station's step of 0.25 mm would hardly show them."""
 _STATIONS = 5
+"""Per correlation length, so that straight lines between them follow the process."""
 _STREAMS = {"height": 1, "lean": 2, "thickness": 3, "tears": 4}
+"""Numbers of the seeds' streams: changing one changes every random burr."""
 
 Stream = Literal["height", "lean", "thickness", "tears"]
 

@@ -12,7 +12,9 @@ from burrscan.arrays import Bools, Floats, Ints
 from scenes.wheel.solid import Solid
 
 _CREASE_COS = np.cos(np.radians(35.0))
+"""Cosine of the turn between faces from which an edge stays sharp in the shading."""
 _TWIST_COS = np.cos(np.radians(20.0))
+"""Cosine of the angle from which a normal on a twisted quadrilateral gives way to its triangle's."""
 
 
 def loft(stations_mm: Floats, smooth: Bools) -> Solid:

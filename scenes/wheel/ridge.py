@@ -23,11 +23,17 @@ from scenes.wheel.tool import (
 from scenes.wheel.truth import deviation_mm
 
 _STATION_MM = 0.25
+"""Between cross-sections along the axis: small against any fillet of a wheel; kinks get their own."""
 _BESIDE_MM = 1e-4
+"""Distance of a pair of stations to either side of a step of the outline."""
 _LIMIT_MM = 1e-6
+"""A nanometre inwards, where an end lies exactly on a step."""
 _REFINEMENTS = 8
+"""Halvings of a station's step at most: from 0.25 mm to a micrometre."""
 _SHARES = (0.25, 0.5, 0.75)
+"""Of a chord, at which its distance from the wheel is looked at."""
 _EXCESS_MM = 2e-4
+"""By which a chord of the crest may be farther from the wheel than the burr is high."""
 
 
 def ridge_tool(burr: AxialRidge, outline: Outline) -> Tool:

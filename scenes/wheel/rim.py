@@ -22,9 +22,14 @@ from scenes.wheel.tool import (
 from scenes.wheel.truth import deviation_mm
 
 _INSET_MM = 0.05
+"""Of the base from the edge: a base that ends exactly on the edge has Boolean operations decide by
+rounding."""
 _FACES = 0.5
+"""Cosine between the surface beside an edge and the burr's direction, 60°: steeper, nothing stands on it."""
 _STEPS = 30
+"""Of scaling a section down until it is nowhere too far from the wheel; each step scales by the excess."""
 _EXCESS_MM = 1e-6
+"""A nanometre over the height is rounding."""
 
 
 def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:

@@ -17,12 +17,19 @@ from scenes.wheel.course import Course
 from scenes.wheel.spec import AxialRidge, RimBurr, tip_thickness_mm
 
 _ROUND = 24
+"""Segments of a parabola: their chords are within 1/576 of the height."""
 _QUARTER = 10
+"""Segments of a quarter of the curl, 9° each."""
 _TIP = 8
+"""Segments of the half circle at the tip."""
 _CURL_SHARE = 0.3
+"""Radius of the curl's middle line over the height: rise, quarter turn and tip have room below it."""
 _CURL_PER_THICKNESS = 0.6
+"""The same radius over the thickness: above 0.5, or the strip's inner side would fold over itself."""
 _THICKEST_CURL = 0.5
+"""Thickness over height, above which no strip is left to curl."""
 _WIDEST_CURL = 1.5
+"""Base over height: a wider base would fill the space under the curl."""
 
 
 @dataclass(frozen=True)

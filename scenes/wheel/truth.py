@@ -12,11 +12,17 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats, Ints, Ints32, freeze
 
 _CELLS = 96
+"""Along each side of the grid of candidate segments: a cell then holds a few; more cost more to fill."""
 _COARSE = 12
+"""The same of the first, coarse grid; divides the fine one."""
 _MARGIN_MM = 4.0
+"""Of the grid beyond the outline: burrs reach so far; farther points are found without it."""
 _ON_BODY_MM = 5e-3
+"""Distance from the ideal surface up to which a point is the wheel's: facets err by as much."""
 _BESIDE_MM = 0.5
+"""Margin of a burr's extent in angle and z: a camera pixel's ray meets the flank beside it."""
 _NO_GRID = (np.zeros(1, np.int64), np.zeros(0, np.int64))
+"""Of no candidates: every segment is tried."""
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,14 @@ def test_seeds_of_a_scene_are_not_independent(base: Run, tmp_path: Path) -> None
     assert "one scene makes 100 % of it" in row.note
 
 
+@pytest.mark.parametrize(("hashes", "scenes"), [(1, 16), (2, 2), (16, 16)])
+def test_scenes_are_those_that_differ_and_seeds_where_none_do(base: Run, hashes: int, scenes: int) -> None:
+    """With one scene in all, its sixteen cases are all there is to resample."""
+    records = tuple(replace(r, scene_hash=f"hash-{n % hashes}") for n, r in enumerate(base.records))
+    run = replace(base, records=records)
+    assert row_of(compare_runs(run, run).arms[0], "depth_rms_mm").scenes == scenes
+
+
 def test_a_new_failure_breaks_the_gate_and_counts_in_every_metric(base: Run) -> None:
     comparison = compare_runs(base, with_failure(base, 3))
     arm = comparison.arms[0]
@@ -96,6 +104,19 @@ def test_a_fixed_case_is_better_and_listed(base: Run) -> None:
     assert comparison.exit_code == 0
     assert row_of(comparison.arms[0], "failures").verdict == "better"
     assert comparison.arms[0].newly_fixed
+
+
+def test_failures_are_counted_as_new_ones_less_those_mended(base: Run) -> None:
+    """Case 3 fails in both; 5 fails newly; 1, 2 and 4 are mended: two fewer."""
+    before, after = base, base
+    for number in (1, 2, 3, 4):
+        before = with_failure(before, number)
+    for number in (3, 5):
+        after = with_failure(after, number)
+    row = row_of(compare_runs(before, after).arms[0], "failures")
+    assert (row.base, row.new, row.worse_cases, row.better_cases) == (4.0, 2.0, 1, 3)
+    assert (row.difference, row.mean_difference) == (-2.0, -2.0)
+    assert (row.low, row.high) == (-2.0, -2.0)
 
 
 def test_failing_in_both_is_no_difference(base: Run) -> None:

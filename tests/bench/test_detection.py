@@ -22,6 +22,7 @@ from bench.detection import (
     sizes_told,
 )
 from bench.detection.curve import PodCurve
+from bench.detection.records import of_one_size
 from bench.run.records import Failure, Record
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
@@ -103,6 +104,33 @@ def test_asymptotes_are_found() -> None:
     assert fit.high[-1] - fit.low[-1] < 0.3
     assert (fit.trials, fit.a90_95) == (160, math.inf)
     assert np.all((fit.low <= fit.pod + 1e-3) & (fit.pod <= fit.high + 1e-3))
+
+
+@pytest.mark.parametrize(("hits", "trials", "sides"), [(3, 10, 2), (9, 10, 2), (1, 40, 1), (20, 21, 1)])
+def test_at_its_bounds_a_share_is_as_rare_as_the_level_says(hits: int, trials: int, sides: int) -> None:
+    """Clopper & Pearson's definition by binomial terms: so many or fewer (or more) have the tail's chance."""
+
+    def chance(share: float, counts: range) -> float:
+        return sum(math.comb(trials, k) * share**k * (1.0 - share) ** (trials - k) for k in counts)
+
+    low, high = share_bounds(hits, trials, level=0.9, sides=sides)
+    assert chance(high, range(hits + 1)) == pytest.approx(0.1 / sides)
+    assert chance(low, range(hits, trials + 1)) == pytest.approx(0.1 / sides)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "one"),
+    [
+        ([1.0, 1.04], True),
+        ([1.06, 1.0], False),
+        ([0.5, 0.5], True),
+        ([0.0, 0.5, 0.52], True),
+        ([0.0], False),
+        ([], False),
+    ],
+)
+def test_sizes_within_five_per_cent_are_one_size(sizes: list[float], *, one: bool) -> None:
+    assert of_one_size(np.array(sizes)) is one
 
 
 def test_hidden_burrs_lower_the_ceiling_of_a_signal() -> None:

@@ -12,6 +12,7 @@ from scipy.stats import norm
 from bench.cli import main
 from bench.reproduction import NAMES, build_paper, multiview, rivals
 from bench.reproduction.choices import separation
+from bench.reproduction.drawing import equal_axes
 from bench.reproduction.generatrix_band import thickness_mm
 from bench.reproduction.lab import Lab
 from bench.reproduction.landscapes import contrast
@@ -155,6 +156,12 @@ def test_a_sections_source_includes_what_it_imports(tmp_path: Path) -> None:
     (tmp_path / "b.py").write_text("from bench.reproduction import c\nfrom bench.reproduction.a import y\n")
     (tmp_path / "c.py").write_text("from bench.synthetic.d import z\n")
     assert source_of(tmp_path / "a.py").count("import") == 4
+
+
+@pytest.mark.parametrize("wide", [40.0, 200.0, 2000.0])
+def test_equal_axes_draw_a_square_as_a_square(wide: float) -> None:
+    axes = equal_axes(np.array([[0.0, 0.0], [wide, 150.0]]), "z", "r")
+    assert axes.px(10.0) - axes.px(0.0) == pytest.approx(axes.py(0.0) - axes.py(10.0))
 
 
 def test_thickness_of_a_band_of_known_width() -> None:

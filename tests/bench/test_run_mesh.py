@@ -10,6 +10,7 @@ import pytest
 
 from bench.cli import main
 from bench.run import load_run
+from bench.run.subjects import _bound
 from bench.suites.catalogue import load_suite
 from bench.summary.goals import goal_rows
 from bench.synthetic.spec import mesh_from, mesh_hash, scanned
@@ -138,3 +139,17 @@ def test_a_goal_that_means_nothing_is_refused(tmp_path: Path, line: str, why: st
     (tmp_path / "s.toml").write_text(f"{SUITE}\n{line}\n")
     with pytest.raises(InputError, match=why):
         load_suite(tmp_path / "s.toml")
+
+
+def test_an_axis_has_a_bound_where_noise_is_independent_and_there_is_some() -> None:
+    profile = {"generatrix": [[-20, 40], [-5, 42], [-5, 50], [20, 50]], "around": 160, "along": 80}
+
+    def bound(**keys: float) -> float:
+        found = _bound(mesh_from(profile | keys, source="test"))
+        return math.nan if found is None else float(np.sqrt(found[0, 0]))
+
+    assert bound(sigma_mm=0.1) > 0.0
+    assert bound(sigma_mm=0.2) == pytest.approx(2.0 * bound(sigma_mm=0.1))
+    assert bound(sigma_mm=0.1, correlated_over=1) == bound(sigma_mm=0.1)
+    assert math.isnan(bound(sigma_mm=0.0))
+    assert math.isnan(bound(sigma_mm=0.1, correlated_over=2))

@@ -74,6 +74,13 @@ def test_column_errors_are_compared_with_the_bound_and_the_stated_sigma() -> Non
     assert measure(evidence(true_burr(), found=(HIT,), u_error_px=wrong))["u_rms_px"] == pytest.approx(0.5)
 
 
+def test_pulls_to_both_sides_spread() -> None:
+    """A third errs to one side, the rest to the other: the size of all is 0.5, their median is not."""
+    both = np.where(np.arange(WIDTH) % 3 == 0, 0.5, -0.5)
+    metrics = measure(evidence(true_burr(), found=(HIT,), u_error_px=both))
+    assert metrics["pull_spread"] == pytest.approx(1.4826 * 0.5, abs=1e-5)
+
+
 def test_depth_errors_are_those_of_right_pixels() -> None:
     metrics = measure(evidence(true_burr(), found=(HIT,), shift_mm=0.25))
     assert metrics["depth_rms_mm"] == pytest.approx(0.25)

@@ -1,10 +1,11 @@
 """Meshing: orientation, jumps in depth, specks and spikes."""
 
 import numpy as np
+import pytest
 
 from burrscan.arrays import Floats
 from burrscan.correspondence import Correspondence
-from burrscan.meshing import _agrees_with_neighbours, surface
+from burrscan.meshing import _agrees_with_neighbours, _whole, surface
 from burrscan.rig import Rig
 from burrscan.triangulation import camera_rays
 from tests.burrscan.instrument import plane_depth, small_rig
@@ -57,6 +58,20 @@ def test_the_criterion_has_no_scale() -> None:
         depth = plane_depth(camera_rays(rig.camera), tilt=1.5)
         shares.append(surface(scene(rig, depth, sigma_px=1e-4), rig).mask.mean())
     assert min(shares) > 0.97
+
+
+@pytest.mark.parametrize(
+    ("across", "down", "whole"),
+    [(0.9, 0.0, True), (0.0, 0.9, True), (1.1, 0.0, False), (0.6, 0.6, True), (0.72, 0.72, False)],
+)
+def test_a_triangles_long_side_may_rise_by_the_root_of_two_more(
+    *, across: float, down: float, whole: bool
+) -> None:
+    """Depths rise by so many permitted steps from pixel to pixel; both steps add up along the diagonal."""
+    reach, near = 0.01, 500.0
+    depth = near + near * reach * (across * np.arange(2.0) + down * np.arange(2.0)[:, None])
+    # top left, bottom left, bottom right: the diagonal is their long side
+    assert _whole(depth, np.zeros((2, 2)), (0, 0), (0, 1, 2), reach) == whole
 
 
 def test_an_empty_scan_gives_an_empty_mesh() -> None:

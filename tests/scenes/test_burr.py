@@ -144,6 +144,22 @@ def test_every_surface_point_knows_its_burr() -> None:
         assert (found[clear] == index).all(), index
 
 
+@pytest.mark.parametrize("lean_deg", [-60.0, 60.0])
+def test_a_crest_that_leans_far_over_is_its_burrs(lean_deg: float) -> None:
+    """3 mm high, its crest hangs 5 mm beside a base of 1 mm; what floats elsewhere is nobody's."""
+    wheel = build_wheel(CYLINDER, [AxialRidge(45.0, 3.0, 1.0, -10.0, 10.0, lean_deg)])
+    (truth,) = wheel.burrs
+    angle = np.degrees(np.arctan2(truth.ridge_mm[:, 1], truth.ridge_mm[:, 0])) - 45.0
+    assert (angle * np.sign(lean_deg) > 2.5).all()
+    found = burr_at(truth.ridge_mm, burrs=wheel.burrs, generatrix_zr_mm=wheel.generatrix_zr_mm)
+    assert (found == 0).all()
+    elsewhere = np.array(
+        [[101.0 * np.cos(a), 101.0 * np.sin(a), 0.0] for a in np.radians([45.0 - 6.0, 45.0 + 6.0])]
+    )
+    nobody = burr_at(elsewhere, burrs=wheel.burrs, generatrix_zr_mm=wheel.generatrix_zr_mm)
+    assert (nobody == -1).all()
+
+
 @pytest.mark.parametrize(
     ("burr", "message"),
     [

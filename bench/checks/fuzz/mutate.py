@@ -14,6 +14,7 @@ ODD: tuple[Any, ...] = (
 """What no field expects, or expects last."""
 
 _SHORT = 64
+"""Bytes changed at once, at most: a header or a few fields; longer damage is seen at once."""
 
 
 def damaged_bytes(data: bytes, draw: random.Random) -> bytes:

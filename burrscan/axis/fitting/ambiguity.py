@@ -11,6 +11,7 @@ from burrscan.arrays import Floats
 from burrscan.axis.fitting.covariance import AxisCovariance
 from burrscan.axis.fitting.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
 from burrscan.axis.jit import kernel
+from burrscan.robust import MEDIAN_SIZE
 
 Model: TypeAlias = Callable[[Floats, Floats], Floats]
 """From points (M, 3) and weights (M,) to their distances (M,) off the best shape of a kind."""
@@ -27,11 +28,15 @@ NEAR = 0.02
 FEW, CLEARLY = 1000, 3.0
 """A thousand points suffice to tell that a shape is this many times too far off."""
 MOST_LOOKED_AT = 200_000
+"""Raw points whose squares are summed, evenly thinned: bounds the time; the sum of so many is known to 0.3
+%."""
 SURE = 5.0
 """Standard deviations by which a generatrix must beat a plane or sphere beyond its number of unknowns."""
 LEAST_SAGITTA = 3.0
 """An arc that bulges by less than this many sigma of one point is too short to tell its axis."""
 ROUNDS = 4
+"""Reweightings of a plane or sphere, which is linear: each needs only weights of the right size, not
+converged ones."""
 
 
 def undetermined(
@@ -134,7 +139,7 @@ def _largest_sigma(covariance: Floats) -> float:
 
 def robust_sigma(residuals: Floats) -> float:
     """Standard deviation by the median of the size."""
-    return float(np.median(np.abs(residuals))) / 0.6745
+    return float(np.median(np.abs(residuals))) / MEDIAN_SIZE
 
 
 def _robust(design: Floats, target: Floats, weights: Floats, residuals: Callable[[Floats], Floats]) -> Floats:

@@ -13,32 +13,28 @@ from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
 SECTORS = 64
+"""Of a whole turn, 5.6° each: wide enough to hold a burr or a spoke, many enough to tell their
+disagreement."""
 BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
-LEAST_SHARE = 0.3
-"""Information of which less than this share is more than noise of the generatrix's slope is none."""
 LEAST_FREEDOM = 2.0
 """Fewer degrees of freedom are none: the series for the quantile ends there."""
 
 
 @dataclass(frozen=True)
 class AxisCovariance:
-    """Covariance of (tilt, tilt, offset, offset) in a fit's frame, and how much of the information is real.
+    """Covariance of (tilt, tilt, offset, offset) in a fit's frame.
 
     Parameters
     ----------
     covariance
         (4, 4) dimensionless.
-    share
-        Least ratio, over all changes of pose, of the information without to that with the noise of the
-        slopes.
     noise
         Standard deviation of the raw points about the generatrix.
 
     """
 
     covariance: Floats
-    share: float
     noise: float
 
 
@@ -257,4 +253,4 @@ def _composed(A: Floats, spurious: Floats, sums: Floats, shares: Floats, varianc
     real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
     basis = whiten @ modes
     covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening
-    return AxisCovariance(covariance, float(real[0]), float(np.sqrt(variance)))
+    return AxisCovariance(covariance, float(np.sqrt(variance)))

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.jit import kernel
+from burrscan.robust import MEDIAN_SIZE
 
 EDGE_LIMIT = 3.0
 """Edges longer than this many median edges join different surfaces, or an outlier, and carry nothing."""
@@ -110,7 +111,7 @@ def displacement(raw: Floats, smooth: Floats) -> float:
     for k in range(2048):
         total += bins[k]
         if total >= half > 0.0:
-            return float(np.sqrt(_middle_of(k)) / 0.6745)
+            return float(np.sqrt(_middle_of(k)) / MEDIAN_SIZE)
     return 0.0
 
 

@@ -14,8 +14,10 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.axis.points.surfels import Surfels
 from burrscan.axis.rivals.common import bare_axis, patches
 from burrscan.inspection import Axis
+from burrscan.robust import SIGMA_PER_MEDIAN
 
 ROUNDS = 20
+"""Of reweighting; the weights settle geometrically, and a round costs one pass over the patches."""
 
 
 def find_axis_line_complex(
@@ -46,7 +48,7 @@ def find_axis_line_complex_robust(
         moment = np.cross(direction, surfels.points - place)
         distance = np.maximum(np.linalg.norm(moment, axis=1), 1e-6)
         sine = np.einsum("ij,ij->i", moment, surfels.normals) / distance
-        scale = max(1.4826 * float(np.median(np.abs(sine))), 1e-6)
+        scale = max(SIGMA_PER_MEDIAN * float(np.median(np.abs(sine))), 1e-6)
         # dividing by the distance takes off the bias towards axes inside the patch
         weights = surfels.weights / (1.0 + (sine / (2.0 * scale)) ** 2) ** 2 / distance**2
     return bare_axis(cloud, direction, place, "line-complex-robust", ROUNDS)

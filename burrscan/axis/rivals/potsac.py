@@ -17,6 +17,7 @@ from burrscan.axis.rivals.line_complex import fit_complex
 from burrscan.inspection import Axis
 
 SAMPLE = 6
+"""Normals a sample: a line complex has six coefficients up to a factor; Hong et al. (2019) draw six."""
 
 
 def find_axis_potsac(

@@ -10,6 +10,7 @@ from burrscan.arrays import Floats
 
 Objective = Callable[[Floats], float]
 GROWTH = 10.0
+"""Factor on the damping after a failed step and its inverse after a good one (Marquardt 1963)."""
 
 
 def forward(objective: Objective, at: Floats, value: float, step: float) -> Floats:

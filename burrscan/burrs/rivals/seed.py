@@ -17,6 +17,7 @@ from burrscan.burrs.field import field_of
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 
 _CIRCLE_ITERATIONS = 5
+"""RANSAC rounds per circle: the paper's five."""
 _CIRCLE_TOLERANCE_MM = 1.0
 """Both from section 3.2 of the paper."""
 _UNKNOWN = Value(float("nan"), float("nan"))

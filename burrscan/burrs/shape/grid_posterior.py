@@ -17,7 +17,10 @@ from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.shape.patch import Patch
 
 _PLACES, _WIDTHS = 41, 33
+"""Nodes across and of half-widths: steps of a sixteenth of a spacing and of 6.5 %, refined where the mass
+needs it."""
 _PASSES = 16
+"""Bounds the zooming and re-centring of the grid, which end by themselves once it is fine enough."""
 _MASS = 25.0
 """Chi-square above the least at which what is left of the posterior does not count."""
 _NARROWEST, _WIDEST = 0.4, 3.0
@@ -29,6 +32,8 @@ REACH = _WIDEST + _REACH
 _SETTLED = 0.6
 """A stretch of places, or of widths, is fine enough where the mass fills this share of it."""
 _HUBER = 3.0
+"""In sigma: farther off a vertex pulls with a constant force. Costs 0.04 % of efficiency on normal noise
+(Huber 1964)."""
 STEEPEST = 3.6
 """Height over base width from which flanks are steeper than 82 degrees, and no scanner sees them."""
 _MOST_SHIFT = 0.5
@@ -44,6 +49,7 @@ _NO_SHARE = 6.0
 _WITHIN_E = 1.0
 """How far, in logarithms, a height is from its base's width."""
 _FEWEST = 5
+"""Taken off the count of vertices for the misfit's degrees of freedom: the five parameters of a ridge."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,9 @@ from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.section import section, sections
 
 _STEPS = 25
+"""Bounds Levenberg-Marquardt on five parameters, which ends by itself where a step gains nothing."""
 _HUBER = 3.0
+"""In sigma: farther off a vertex pulls with a constant force, the same as in the posterior on a grid."""
 _BETTER = 10.0
 """Drop of the weighted sum of squares that a richer cross-section must bring (about BIC)."""
 _FLANK = 0.15
@@ -36,6 +38,7 @@ _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
 _ALL = np.ones(5, dtype=np.bool_)
+"""Height, place, slant, half-width and asymmetry are all free."""
 
 
 @dataclass(frozen=True)

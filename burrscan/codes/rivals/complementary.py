@@ -24,7 +24,11 @@ from burrscan.devices import CameraSheet
 from burrscan.errors import InputError
 
 _CLEAR_SIGMAS = 3.0
+"""Noise deviations by which a step must be predicted below saturation; nearer, clipping would bias the
+sine."""
 _WORST_CONDITION = 1e-3
+"""Determinant of the sine's equations per n³, 1/4 for even steps: below it the steps left do not tell a
+sine."""
 
 
 def complementary(*, width: int, period_px: int = 16, steps: int = 5, max_sigma_px: float = 0.4) -> Code:

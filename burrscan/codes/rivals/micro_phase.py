@@ -19,7 +19,9 @@ from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 
 _MAIN_LOBE_PX = 6.0
+"""Half-width of the sum's peak: half of the finest period of 12 px; what is farther is another candidate."""
 _GRID_PX = 2.0
+"""Step of the search: a sixth of the finest period, so that a step lies well inside the right peak."""
 
 
 def periods_px(*, width: int, count: int, finest_px: float, coarsest_px: float) -> tuple[float, ...]:

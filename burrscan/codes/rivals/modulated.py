@@ -20,7 +20,9 @@ from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 
 _CARRIER_STEPS = 4
+"""Shifts of the carrier: four leave its amplitude free of a second harmonic."""
 _LONG_STEPS = 3
+"""Shifts of the long sine: the fewest that tell mean, amplitude and phase."""
 
 
 def encode_modulated(*, width: int, long_px: float, carrier_px: float) -> tuple[Floats, tuple[str, ...]]:

@@ -17,7 +17,10 @@ from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 
 _STEP_UP = 4.0
+"""Ratio of neighbouring periods, about: to name the next finer stripe a phase must be right to half of
+that, an eighth of its own."""
 MARGIN = 0.1
+"""Share by which the longest period exceeds the width: noise at one border then does not name the other."""
 
 
 def longest_px(*, width: float) -> float:

@@ -8,8 +8,10 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.errors import InputError
 from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Generatrix
+from burrscan.robust import SIGMA_PER_MEDIAN
 
 _LEAST = 8
+"""Vertices of a step along the axis: the median of fewer is no summary, and their span says little."""
 
 
 def fit_radius(
@@ -53,5 +55,5 @@ def fit_radius(
 def _summary(radii: Floats) -> tuple[float, float, float]:
     """Median, its standard deviation (1.25 sigma / root n), and the whole span."""
     middle = float(np.median(radii))
-    sigma = 1.4826 * float(np.median(np.abs(radii - middle)))
+    sigma = SIGMA_PER_MEDIAN * float(np.median(np.abs(radii - middle)))
     return middle, 1.2533 * sigma / np.sqrt(len(radii)), float(np.ptp(radii))

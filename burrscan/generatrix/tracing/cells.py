@@ -21,6 +21,7 @@ _ANOMALY = 0.05
 _TAIL = 0.25
 """A cell with less data than this share of a neighbour's is the tail of the noise."""
 _SPARSE = 0.02
+"""Share of a typical cell's count, under which a cell holds strays and not the curve."""
 _LEAST_COVERAGE = 0.12
 """Share of the arc, relative to the best covered cell, that a surface of revolution must cover."""
 _ROWS = 8.0

@@ -9,6 +9,7 @@ from burrscan.arrays import Floats, Ints
 _SIDE = 3
 """Nodes of each side that its line is fitted to; the node next to the crease is left out."""
 _LEAST_TURN = np.radians(20.0)
+"""Rad. Two lines that meet at less than that cross so flatly that noise moves their crossing along them."""
 _STRAIGHT = 0.08
 """Largest deviation of a side's nodes from their line, in node spacings: a rounding is no crease."""
 

@@ -9,6 +9,7 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Polyline, candidates, feet, join
 
 _FACES = 5_000
+"""That vote, evenly thinned: the side of each piece is one of two, and some of them near it decide."""
 _CLEAR = 0.2
 """A vote below this share of the area cast is no vote: the faces are not wound consistently."""
 

@@ -11,8 +11,11 @@ from burrscan.rig import NO_DISTORTION, Rig, View
 from burrscan.triangulation import camera_rays
 
 _NEAREST_BASELINES = 0.5
+"""Depth in baselines: nearer, a camera and a projector side by side hardly see the same."""
 _FARTHEST_BASELINES = 1e4
+"""Depth in baselines: beyond, a point's column moves by focal length over 1e4, a fraction of a pixel."""
 _CURVED_NODES = 9
+"""Of a curve that the projector's lens bends, even in inverse depth; a straight line needs two."""
 
 
 def epipolar_nodes(rig: Rig) -> Floats32:

@@ -14,6 +14,7 @@ from burrscan.codes.phase import add_light, add_wave
 from burrscan.devices import CameraSheet
 
 _DEGREE = 9
+"""In x²: the ten coefficients that leave an error below 1e-11."""
 
 
 def _series(*, odd: bool) -> tuple[float, ...]:
@@ -30,6 +31,7 @@ def _series(*, odd: bool) -> tuple[float, ...]:
 _C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9 = _series(odd=False)
 _S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7, _S8, _S9 = _series(odd=True)
 _TURNS_PER_RADIAN = 0.5 / np.pi
+"""1 / 2π."""
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -15,8 +15,12 @@ from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
 
 _WELL_MEASURED_PX = 0.5
+"""Standard deviation: the limit that coverage is counted by, half a projector column."""
 _PLANNING_PERIOD_PX = 16.0
+"""Of the sine that stands for the code when the exposure is chosen; all codes here end in stripes about as
+fine."""
 _PLANNING_STEPS = 8
+"""Of that sine; the best exposure hardly depends on it, for it scales all pixels' noise alike."""
 
 
 def scan_fixed(

@@ -15,6 +15,7 @@ from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
 
 _CANDIDATES = 120
+"""Exposures over the camera's range, even in ratio: 7 % apart on the default camera."""
 
 
 def scan_multi_exposure(

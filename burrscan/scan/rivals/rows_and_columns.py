@@ -17,8 +17,11 @@ from burrscan.scanner import Patterns, Scanner
 from burrscan.variants import check_parameters, resolve
 
 _WELL_MEASURED_PX = 0.5
+"""As in the fixed scan: the limit that coverage is counted by."""
 _PLANNING_PERIOD_PX = 16.0
+"""As in the fixed scan: the sine that stands for the code when the exposure is chosen."""
 _PLANNING_STEPS = 8
+"""As in the fixed scan: scales all pixels' noise alike."""
 
 
 def scan_rows_and_columns(

@@ -13,10 +13,16 @@ from scipy import ndimage
 from burrscan.arrays import Floats, Ints
 
 _WIDTHS = np.array([0.6, 1.0, 1.6])
+"""Letters of the code, relative: ratios of about 1.6 between neighbours; nearer ones a window does not tell
+apart, wider ones waste resolution."""
 _ORDER = 5
+"""Stripes that are unique in a row: 3⁵ = 243 words serve any raster of stripes that a camera resolves."""
 _DARK = 0.08
+"""Light of dark stripes over bright: some light stays, so that the surface between is seen."""
 _FINE = 16
+"""Samples a column, so that borders between columns come out right to a sixteenth."""
 _SOFT = 0.2
+"""Blur of the borders in stripes: least squares needs slopes, which a sharp border has none of."""
 
 
 def stripe_light(*, width: int, stripe_px: float) -> Floats:

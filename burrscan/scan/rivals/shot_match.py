@@ -17,15 +17,27 @@ from numba import njit, prange
 from burrscan.arrays import Bools, Floats, Floats32
 
 _GRID_PX = 12
+"""Between the places that are searched over the whole raster; waves reach the rest. The cost falls with its
+square."""
 _SEED_REACH, _SEED_ROWS = 20, 0
+"""Half of a search's window, px: one row of 41, some ten stripes, twice the five that identify a place."""
 _REACH, _ROWS = 10, 2
+"""Half of the window of 21 × 5 px that a column rests on: seven unknowns from 105 pixels."""
 _SLOPES = 15
+"""Tried between the steepest either way, 12 % apart: half a step over the five stripes of half a window is
+a third of one."""
 _STEEPEST = 2.2
+"""Ratio to the frontal slope to either side; beyond it, stripes are too narrow or too wide to be told."""
 _SURE_FIT, _SURE_LEAD = 0.75, 0.1
+"""Correlation of a sure place, and how far it leads any other: an error here spreads with the wave."""
 _LEAST_INSIDE = 0.8
+"""Share of the window's weight that must fall on the raster: a part of it matches by chance more easily."""
 _LEAST_FIT = 0.9
+"""Correlation of a refined window: lower, it holds an edge, another surface or a wrong stripe."""
 _TURNS = 4
+"""Gauss-Newton steps: a neighbour's start is within a fraction of a stripe."""
 _WAVES = 200
+"""Bounds the growth, one pixel each to all sides: seeds are 12 px apart, long ways round holes included."""
 
 
 class Shot(NamedTuple):

@@ -31,8 +31,11 @@ from burrscan.triangulation import epipolar_v
 _STEPS = 25
 """Half the pixels of a window: what they average out, as steps of a phase would."""
 _STRIPE_CAMERA_PX = 4.0
+"""Camera pixels a stripe: two would just resolve it, and its width is what tells it."""
 _WIDEST_PX = 12.0
+"""Projector columns: a wider stripe has fewer borders, and borders are what tells the column."""
 _LEAST_SIGNAL = 3.0
+"""Over read noise at full light: below, a pixel cannot tell dark from bright."""
 
 
 def scan_single_shot(

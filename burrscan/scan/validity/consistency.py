@@ -7,6 +7,8 @@ import numpy as np
 from burrscan.arrays import Bools, Floats32
 
 _FITTING = 3.0
+"""Chi² per degree of freedom below which phasors fit one column, so that a loss of modulation is a
+mixture's."""
 
 
 def consistent(

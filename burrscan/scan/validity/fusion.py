@@ -13,7 +13,9 @@ from burrscan.scan.validity.consistency import consistent
 from burrscan.scan.validity.region_growing import grow_regions
 
 _DIRECT_DOMINATES = 0.5
+"""Interreflected over direct light: from there on the brightest path may not be the direct one."""
 _APART_Z = 6.0
+"""In sigma: two rounds farther apart saw different things; noise does that in 2e-9 of the pixels."""
 
 
 class Mean(NamedTuple):

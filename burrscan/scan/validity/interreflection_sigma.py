@@ -13,10 +13,17 @@ from burrscan.arrays import Floats, Floats32
 from burrscan.scan.validity.consistency import shifted
 
 _SHARES = (0.02, 0.1, 0.3, 1.0, 3.0)
+"""Of light lost to the stripes, even in its logarithm: classes whose deviation per share is learnt apart;
+below the first it is noise."""
 _LEAST_TO_LEARN = 400
+"""Second differences: the median of so many is known to 6 %."""
 _MOST_PX = 4.0
+"""End of the bisection, deviation per share; 16 halvings leave 1e-4 px."""
 _REACH_PX = 2
+"""Of the second differences: far enough that light which bounces differs, near enough that a surface is
+straight."""
 _HALF_NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
+"""Median size of a normal variable, in its standard deviations."""
 
 
 def interreflection_sigma_px(u_px: Floats32, sigma_px: Floats32, lost: Floats32) -> Floats32:

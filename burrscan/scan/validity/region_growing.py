@@ -15,7 +15,9 @@ from numba import njit
 from burrscan.arrays import Bools, Floats32, Ints
 
 _REACH = 2
+"""Pixels to each side that a plane of columns is fitted to: a surface is hardly curved over five."""
 _LEAST_SUPPORT = 5
+"""Believed pixels: a plane has three unknowns, two more average their noise."""
 
 
 def grow_regions(

@@ -6,7 +6,8 @@ from scipy.stats import t as student
 from bench.synthetic.axis_bound import cramer_rao_deg
 from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
-from burrscan.axis.fitting.covariance import _freedom, _quantile_ratio, _widening
+from burrscan.axis.fitting.covariance import _add_centred, _freedom, _quantile_ratio, _tally, _widening
+from burrscan.axis.fitting.fit import curve_of, meridian, off_piece, piece_of, refine
 
 
 def test_short_arcs_do_not_feign_information() -> None:
@@ -60,3 +61,49 @@ def test_intervals_are_students_where_sectors_alone_tell() -> None:
         exact = student.ppf(0.975, freedom) / student.ppf(0.975, np.inf)
         assert abs(_quantile_ratio(1e9, freedom) / exact - 1.0) < 0.02
     assert _quantile_ratio(1.0, 3.0) == 1.0
+
+
+def test_scores_of_a_sector_are_about_the_means_of_the_parallel() -> None:
+    """Running sums against Σ w (d - d̄) (J - J̄) and Σ w (J - J̄) (J - J̄)ᵀ of the points themselves."""
+    rng = np.random.default_rng(5)
+    w, d, J = rng.uniform(0.5, 2.0, 90), rng.normal(1.0, 1.0, 90), rng.normal(2.0, 1.0, (90, 4))
+    sector = rng.integers(0, 64, 90)
+    scores = np.zeros((64, 11))
+    rows = np.column_stack([w, w * d, w[:, None] * J, (w * d)[:, None] * J, w * d * d])
+    np.add.at(scores, sector, rows)
+    total = scores.sum(axis=0)
+    sums, shares = np.zeros((64, 4)), np.zeros((64, 4, 4))
+    _add_centred(scores, total / total[0], sums, shares)
+    off, lean = d - np.average(d, weights=w), J - np.average(J, axis=0, weights=w)
+    expected, squares = np.zeros((64, 4)), np.zeros((64, 4, 4))
+    np.add.at(expected, sector, (w * off)[:, None] * lean)
+    # of a sector only its mean lean is known: it stands for its points
+    for s in np.unique(sector):
+        mine = sector == s
+        mean = np.average(lean[mine], axis=0, weights=w[mine])
+        squares[s] = w[mine].sum() * np.outer(mean, mean)
+    np.testing.assert_allclose(sums, expected, atol=1e-12)
+    np.testing.assert_allclose(shares, squares, atol=1e-12)
+
+
+def test_the_slopes_variance_is_that_of_the_derivative_of_the_piece() -> None:
+    """A piece is c0 + c1 t + c2 t²: its slope c1 + 2 c2 t has the variance (0, 1, 2t) Cov (0, 1, 2t)ᵀ."""
+    scan = revolution_scan(shape=(120, 40), sigma_mm=0.2, seed=2)
+    points = (scan.vertices_mm - scan.point_mm) / 90.0
+    fit = refine(points, np.empty(0), scan.direction, np.zeros(3), blur=0.03, steps=2)
+    curve, pieces = curve_of(fit), len(fit.coefficients)
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(pieces, 3, 3))
+    gram = np.einsum("kij,klj->kil", root, root)
+    slopes = np.zeros((pieces, 20))
+    scores = np.zeros((pieces, 16, 64, 11))
+    _tally(points, points, np.empty(0), fit.frame, fit.place, curve, 1e9, fit.response, gram, scores, slopes)
+    expected = np.zeros(pieces)
+    for i in range(len(points)):
+        x, y, z = meridian(points, i, fit.frame, fit.place)
+        k = piece_of(z, np.hypot(x, y), curve)
+        if k >= 0:
+            by = np.array([0.0, 1.0, 2.0 * off_piece(z, np.hypot(x, y), k, curve)[0]])
+            expected[k] += by @ gram[k] @ by
+    assert expected.max() > 100.0
+    np.testing.assert_allclose(slopes[:, 5], expected, rtol=1e-9)

@@ -31,6 +31,19 @@ def test_the_even_grid_has_the_nine_that_the_text_counts() -> None:
     np.testing.assert_allclose(np.unique(np.round(directions[:, 2], 9)), [-2 / 3, 0, 2 / 3], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("sampling", "phi_deg"),
+    [
+        ("uniform", [180.0, 120.0, 90.0, 60.0]),
+        ("even", [138.590378, 104.477512, 75.522488, 41.409622]),
+        ("naive", [0.0, 45.0, 90.0, 135.0]),
+    ],
+)
+def test_the_grid_of_four_by_hand(sampling: str, phi_deg: list[float]) -> None:
+    expected = [(theta, phi) for theta in (0.0, 45.0, 90.0, 135.0) for phi in phi_deg]
+    np.testing.assert_allclose(np.degrees(orientation_grid(4, sampling)), expected, atol=1e-6)
+
+
 def test_uniform_sampling_is_even_in_height_and_naive_is_not() -> None:
     even = np.diff(np.unique(np.round(_directions(orientation_grid(8, "uniform"))[:, 2], 9)))
     naive = np.diff(np.unique(np.round(_directions(orientation_grid(8, "naive"))[:, 2], 9)))
