@@ -24,6 +24,7 @@ _SIZES |= {
     "float64": 8,
 }
 _OBJ_CORNERS = 3
+"""Coordinates of a vertex, and the fewest corners of a face."""
 _FACES = re.compile(rb"(?m)^[ \t]*f([ \t].*)$")
 _END = re.compile(rb"(?m)^end_header\r?\n?")
 

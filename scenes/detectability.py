@@ -20,6 +20,7 @@ from scenes.transport.matrix import LightTransport
 from scenes.truth import Truth
 
 _FRAMES_AT_ONCE = 12
+"""Relit together: bounds the memory."""
 _REACH = 3.0
 """Heights to each side of a burr, beside its width, within which a change of the light counts as its own: a
 shadow at 70 degrees of incidence, and as much for its mirror image."""

@@ -24,12 +24,7 @@ from burrscan.documents import STRICT
 from burrscan.errors import InputError
 from burrscan.variants import suggest
 
-<<<<<<< HEAD
 Metal = Literal["aluminium", "steel", "brass", "chrome", "chrome-film", "copper", "gold"]
-Band = Literal["red", "green", "blue"]
-=======
-Metal = Literal["aluminium", "steel", "brass", "chrome", "copper", "gold"]
->>>>>>> reasons
 Channels = Literal["mono", "rgb", "red", "green", "blue"]
 Alpha = Annotated[float, Field(ge=0.01, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]

@@ -12,6 +12,7 @@ from distributed import Client
 from burrscan.errors import InputError
 
 _PAUSE_S = 0.5
+"""Between two attempts to reach a scheduler: short beside what starting one takes."""
 
 
 def connect(scheduler: str, *, patience_s: float | None = None) -> Client:

@@ -28,12 +28,17 @@ from bench.run.records import Record
 from bench.suites.case import Case
 
 _FEWEST_AHEAD, _AHEAD_PER_WORKER = 64, 4
+"""Cases handed out before they are wanted, so that no worker waits, and a million do not fill the scheduler."""
 _LISTEN_S = 0.5
+"""Longest wait for an outcome before workers are looked at again."""
 _COUNT_EVERY_S = 2.0
+"""Between two counts of the workers: people read the number."""
 _HEARD_WITHIN_S = 5.0
+"""In which a worker that is there answers; later ones are met as late joiners."""
 _RETRIES = 1  # of a case whose worker found its machine wanting: another's may not be
 _TRIES = 2  # of a case whose workers die; each of them, more deaths than the scheduler's allowed-failures
 _BATCH = 64
+"""Outcomes written between two looks at the workers."""
 
 Outcome = tuple[Case, list[Record] | Died]
 

@@ -10,6 +10,7 @@ from bench.score.metrics import failed_metrics
 from bench.suites.case import Case
 
 WAIT_S = 2.0
+"""What a simulated case takes: long beside the engine's own milliseconds."""
 
 
 def empty(job: Job, case: Case) -> list[Record]:

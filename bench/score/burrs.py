@@ -14,12 +14,9 @@ from bench.score.part import PartEvidence
 from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0
-<<<<<<< HEAD
-CERTAIN_DPRIME = 10.0
-"""A known signal of this strength is missed by an ideal observer once in 10^23 at a threshold midway."""
-=======
 """Along a burr, over which a majority of pixels says whether it was measured."""
->>>>>>> reasons
+CERTAIN_DPRIME = 10.0
+"""A known signal of this strength, with a threshold midway, is missed once in 3 million."""
 
 
 def burr_found(evidence: PartEvidence) -> float:

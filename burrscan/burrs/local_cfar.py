@@ -18,6 +18,7 @@ from burrscan.burrs.field import Field
 _RANK = 0.9
 """The surroundings are as strong as this quantile of them."""
 _CREST = 0.95
+"""Quantile of an anomaly's cells that is its crest: most of them are flank, and the highest is noise."""
 _LEAST_CONTRAST = 2.5
 """Least ratio of an anomaly's crest (this quantile of it) to the strength of its surroundings."""
 _ROWS, _COLUMNS = 8, 40
@@ -27,7 +28,9 @@ _GUARD = 3
 _WHOLE = 0.5
 """What covers more than this share of a row is part of the generatrix."""
 _LEAST_VERTICES = 8
+"""Rising vertices that a peak is read off: an 80 % point of fewer is one of them."""
 _SATELLITE = 0.5
+"""Share of a neighbour's height, or of its evidence, below which an anomaly is its halo or its shadow."""
 _HALO_MM = 2.5
 """How far from a burr its halo and its shadow reach."""
 

@@ -23,6 +23,7 @@ from burrscan.sight import Sight
 _MARGIN = 4
 """Cells around a region that its ridge is fitted with."""
 _HALO, _CREST = 0.2, 0.95
+"""Cells below a fifth of the crest (95 % point) are halo: noise, not the burr, decides where they end."""
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
 

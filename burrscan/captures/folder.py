@@ -22,14 +22,11 @@ from burrscan.rig import Rig, View
 from burrscan.scanner import Patterns
 
 _NAMED = 5
-<<<<<<< HEAD
+"""Exposures or shots that a message lists: a line of it."""
 _GROUPS = 4
 """Runs of shots that are read for the noise."""
 _FEWEST_ALIKE = 4
 """Steps of a sine that leave something beside it; two pairs."""
-=======
-"""Exposures or shots that a message lists: a line of it."""
->>>>>>> reasons
 
 
 class FolderScanner:

@@ -32,8 +32,10 @@ _DEPTHS = (8, 10, 12, 14, 16)
 _FEWEST_LIT = 100
 """Pixels: fewer that change from black to white are hot pixels or reflexes, no scene."""
 _LEAST_SHARE = 0.25
-<<<<<<< HEAD
+"""Of the contrast, the median over lit pixels. Noise stays far below; of pictures of two bits half are off
+by all of it."""
 _SURE_Z = 3.0
+"""Standard deviations by which a bit must differ: one in 370 of noise alone does."""
 _DIMMEST = 5.0 / 256.0
 """Of full scale: a pixel to which the projector adds no more than 5 DN of 8 bits is not believed."""
 _INVERTED_NOISE = 5.0
@@ -41,18 +43,6 @@ _INVERTED_NOISE = 5.0
 
 ToldBy = Literal["inverses", "white and black", "own range"]
 """What a bit is compared with: its inverse, the middle of white and black, or of a pixel's own range."""
-=======
-"""Of the contrast, the median over lit pixels. Noise stays far below; of pictures of two bits half are off
-by all of it."""
-_NOISE_BINS = 32
-"""Of the photon transfer curve, a straight line: enough to fit one, each with a median of many pixels."""
-_PER_BIN = 200
-"""Pixels: the median of so many variances, each of some twenty sums, is known to 3 %."""
-_LEAST_GAIN = 1e-4
-"""DN per electron where the pictures tell no slope: 10 000 electrons per DN are more than any well holds."""
-_LEAST_SPREAD = 0.2
-"""Of the brightest bin: over a narrower range of light a slope is not told from the floor."""
->>>>>>> reasons
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from burrscan.burrs.pose import pose_on_surface
 from burrscan.inspection import Axis, Burr, Value
 
 _HEIGHT_PER_WIDTH = 0.7
+"""See the sigma."""
 _HEIGHT_SIGMA = 0.17
 """What is disturbed is the base and what the burr hides. The base is between half and twice the height, what
 it hides about a third of it: height over width is evenly spread from 0.4 to 1.0, 0.7 with sigma 0.17."""
