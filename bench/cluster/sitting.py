@@ -28,7 +28,7 @@ from bench.run.records import Record
 from bench.suites.case import Case
 
 _FEWEST_AHEAD, _AHEAD_PER_WORKER = 64, 4
-"""Cases handed out before they are wanted, so that no worker waits, and a million do not fill the scheduler."""
+"""Cases handed out before they are wanted: no worker waits, and a million do not fill the scheduler."""
 _LISTEN_S = 0.5
 """Longest wait for an outcome before workers are looked at again."""
 _COUNT_EVERY_S = 2.0
