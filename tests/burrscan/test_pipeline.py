@@ -7,7 +7,9 @@ import burrscan
 from bench.synthetic.revolution import revolution_scan
 from burrscan.documents import build
 from burrscan.errors import InputError
+from burrscan.inspection import Burr
 from burrscan.pipeline import Pipeline, Stage, check, inspect_surface, run, stage_function, stage_of
+from burrscan.sight import Sight
 from tests.burrscan.instrument import Instrument, small_rig
 
 
@@ -76,3 +78,57 @@ def test_an_error_says_which_stage_raised_it_and_keeps_its_message() -> None:
 def raises(*_mesh: object, sigma_mm: object) -> None:  # noqa: ARG001
     """A stage that always raises."""
     raise ZeroDivisionError("no light")
+
+
+@pytest.fixture
+def given() -> list[Sight | None]:
+    """What the method below was given, emptied."""
+    GIVEN.clear()
+    return GIVEN
+
+
+GIVEN: list[Sight | None] = []
+
+
+def plain_burrs(*_fit: object, sigma_mm: object) -> tuple[Burr, ...]:  # noqa: ARG001
+    """A burrs method of one's own that knows of no sight."""
+    return ()
+
+
+def seeing_burrs(*_fit: object, sigma_mm: object, sight: Sight | None = None) -> tuple[Burr, ...]:  # noqa: ARG001
+    """One that has a parameter of that name."""
+    GIVEN.append(sight)
+    return ()
+
+
+def test_a_burrs_method_gets_the_sight_if_it_asks_for_it(given: list[Sight | None]) -> None:
+    def pipeline(name: str) -> Pipeline:
+        return Pipeline(scan=Stage("fixed"), burrs=Stage(f"{__name__}:{name}"))
+
+    instrument = Instrument(small_rig(width=120), decades=1.0)
+    outcome = run(instrument, pipeline("seeing_burrs"))
+    (sight,) = given
+    assert sight is not None
+    assert sight.rig is instrument.rig
+    np.testing.assert_array_equal(sight.points_mm, outcome.surface.points_mm)
+    truth = instrument.response * (1.0 - instrument.projector.light[0])
+    lit = instrument.response > 100.0
+    assert np.median(np.abs(sight.radiance[lit] / truth[lit] - 1.0)) < 0.02
+    again = run(Instrument(small_rig(width=120), decades=1.0), pipeline("plain_burrs"))
+    assert again.inspection.burrs == ()
+    assert len(given) == 1
+
+
+def test_a_mesh_alone_has_no_sight(given: list[Sight | None]) -> None:
+    scan = revolution_scan(sigma_mm=0.1, shape=(120, 60))
+    inspect_surface(scan.vertices_mm, scan.faces, Pipeline(burrs=Stage(f"{__name__}:seeing_burrs")))
+    assert given == [None]
+
+
+def test_a_scan_that_measured_no_radiance_gives_no_sight(given: list[Sight | None]) -> None:
+    stage = Stage("fixed", {"exposure_ms": 2.0})
+    run(
+        Instrument(small_rig(width=120), decades=1.0),
+        Pipeline(scan=stage, burrs=Stage(f"{__name__}:seeing_burrs")),
+    )
+    assert given == [None]

@@ -1,0 +1,144 @@
+"""Disturbed places as burrs: where, how long, how high and how sure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.light.call import belongs, called, doubted
+from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.inspection import Burr, Value
+from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
+from tests.burrscan.burrs.light.test_disturbed import LEANING
+from tests.burrscan.parts import turned
+
+
+def seen(
+    scene: Scene, *, widest_mm: float = 3.0, limit_mm: float | None = None
+) -> tuple[Unrolled, Place, Burr]:
+    surface, (place,) = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=widest_mm)
+    return surface, place, called(place, surface, scene.axis, limit_mm=limit_mm)
+
+
+@pytest.mark.parametrize("direction", LEANING)
+def test_a_dark_line_is_a_burr_at_its_place(direction: tuple[float, float, float]) -> None:
+    scene = Scene(direction)
+    dark_line(scene, at=(12.0, -15.0, 12.0))
+    _, _, burr = seen(scene)
+    middle = scene.place_mm(12.0, -1.5)
+    part = scene.in_part(middle)
+    assert burr.side == "protrusion"
+    assert abs(turned(burr.angle_deg.value - np.degrees(np.arctan2(part[1], part[0])))) < 0.4
+    assert (
+        abs(turned(burr.angle_deg.value - np.degrees(np.arctan2(part[1], part[0]))))
+        < 3.0 * burr.angle_deg.sigma
+    )
+    assert burr.z_start_mm.value == pytest.approx(part[2] - 13.5, abs=1.5)
+    assert burr.z_end_mm.value == pytest.approx(part[2] + 13.5, abs=1.5)
+    assert burr.length_mm.value == pytest.approx(27.0, abs=2.0)
+    assert burr.width_mm.value == pytest.approx(3.0, abs=0.9)
+    # the pose: on the surface, x along the axis, z outwards; one place with the angle
+    pose = burr.T_mesh_burr
+    assert np.linalg.norm(pose[:3, 3] - middle) < 1.5
+    out = middle - np.asarray(scene.middle_mm) + 1.5 * scene.axis.direction
+    assert pose[:3, 2] @ out / np.linalg.norm(out) > 0.9999
+    assert abs(pose[:3, 0] @ scene.axis.direction) > 0.9999
+    assert np.linalg.det(pose[:3, :3]) == pytest.approx(1.0)
+    T = T_part_mesh(scene.axis.point_mm, scene.axis.direction)
+    origin = T[:3, :3] @ pose[:3, 3] + T[:3, 3]
+    assert np.degrees(np.arctan2(origin[1], origin[0])) == pytest.approx(burr.angle_deg.value, abs=1e-9)
+    assert burr.z_start_mm.value <= origin[2] <= burr.z_end_mm.value
+
+
+def test_a_bright_line_below_is_a_nick() -> None:
+    scene = Scene()
+    bright_line(scene)
+    _, _, burr = seen(scene)
+    assert burr.side == "nick"
+    part = scene.in_part(scene.place_mm(-25.0, 5.0))
+    assert abs(turned(burr.angle_deg.value - np.degrees(np.arctan2(part[1], part[0])))) < 0.4
+
+
+def test_the_limit_is_judged_by_the_height_told() -> None:
+    scene = Scene()
+    dark_line(scene)
+    height = seen(scene)[2].height_mm.value
+    assert [seen(scene, limit_mm=limit)[2].within_limit for limit in (0.9 * height, 1.1 * height, None)] == [
+        False,
+        True,
+        None,
+    ]
+
+
+def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
+    """Burrs of any height, base 0.5 to 2 heights, a third of the height hidden: heights drawn, widths follow."""
+    rng = np.random.default_rng(11)
+    pulls = []
+    for seed in range(40):
+        per_width = rng.uniform(0.43, 1.0)  # 1 / (base + 1/3), by which the constant is argued, evenly spread
+        height = rng.uniform(1.5, 5.0)
+        scene = Scene(seed=seed)
+        dark_line(scene, height / per_width, at=(rng.uniform(-20.0, 25.0), -15.0, 12.0))
+        surface, places = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=12.0)
+        burr = called(places[0], surface, scene.axis, limit_mm=None)
+        pulls.append((burr.height_mm.value - height) / burr.height_mm.sigma)
+    # 40 pulls: the mean is known to 0.16, the root mean square to 11 %
+    assert abs(np.mean(pulls)) < 0.5
+    assert 0.7 < np.sqrt(np.mean(np.square(pulls))) < 1.35
+    assert np.abs(pulls).max() < 3.5
+
+
+def test_a_burr_belongs_to_the_place_it_stands_at() -> None:
+    scene = Scene()
+    dark_line(scene)
+    surface, place, burr = seen(scene)
+    assert belongs(burr, place, surface)
+    wide, far, narrow = np.degrees(3.0 / 90.0), np.degrees(12.0 / 90.0), 0.2
+    for shift, width, expected in (
+        (wide, narrow, True),
+        (far, narrow, False),
+        (-far, narrow, False),
+        (far, 24.0, True),
+    ):
+        angle = Value(turned(burr.angle_deg.value + shift), 0.1)
+        assert belongs(_like(burr, angle_deg=angle, width_mm=Value(width, 0.1)), place, surface) is expected
+    for shift, expected in ((20.0, True), (40.0, False), (-40.0, False)):
+        ends = {name: Value(getattr(burr, name).value + shift, 0.1) for name in ("z_start_mm", "z_end_mm")}
+        assert belongs(_like(burr, **ends), place, surface) is expected
+    assert belongs(_like(burr, width_mm=Value(np.nan, np.nan)), place, surface)
+
+
+def _like(burr: Burr, **values: Value) -> Burr:
+    return replace(burr, **values)
+
+
+def test_a_height_at_a_place_with_holes_is_doubted() -> None:
+    scene = Scene()
+    dark_line(scene)
+    surface, place, burr = seen(scene)
+    told = burr.height_mm
+    share = place.unmeasured / (place.above + place.below + place.unmeasured)
+    assert share > 0.5
+    # one that contradicts the width takes the height that the width tells; one that agrees keeps its own
+    for value in (told.value - 2.1 * told.sigma, told.value + 2.1 * told.sigma):
+        again = doubted(_like(burr, height_mm=Value(value, 0.01)), place, surface)
+        assert (again.height_mm.value, again.height_mm.sigma) == (
+            pytest.approx(told.value),
+            pytest.approx(told.sigma),
+        )
+    value = told.value + 1.5 * told.sigma
+    kept = doubted(_like(burr, height_mm=Value(value, 0.01)), place, surface)
+    assert kept.height_mm.value == value
+    assert kept.height_mm.sigma == pytest.approx(np.hypot(0.01, share * told.sigma))
+
+
+def test_a_height_that_was_measured_is_believed() -> None:
+    scene = Scene()
+    bright_line(scene)
+    surface, place, burr = seen(scene)
+    measured = _like(burr, height_mm=Value(0.4, 0.01))
+    assert doubted(measured, place, surface) is measured

@@ -1,0 +1,156 @@
+"""Places where light and depth are both off, on a cylinder whose light and depth are formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.unrolled import Unrolled
+from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, bright_line, dark_line
+
+WIDEST_MM = 3.0
+LEANING = [(0.0, 1.0, 0.0), (0.3, 1.0, 0.0), (0.0, 1.0, 0.2), (-0.2, 0.9, -0.2)]
+
+
+def found(scene: Scene, *, unit: float = 1.0) -> tuple[Unrolled, list[Place]]:
+    return disturbed(scene.sight(unit=unit), scene.axis, scene.generatrix, widest_mm=WIDEST_MM)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_clean_part_has_none(seed: int) -> None:
+    scene = Scene(seed=seed)
+    scene.lost |= (
+        np.random.default_rng(seed).random(scene.on.shape) < 0.02
+    )  # pixels that failed here and there
+    surface, places = found(scene)
+    assert surface.open.sum() > 10_000
+    assert places == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("factor", [0.2, 5.0])
+def test_a_stain_and_a_scratch_are_none(factor: float, seed: int) -> None:
+    scene = Scene(seed=seed)
+    stain = np.hypot(scene.around - 15.0, scene.along) < 6.0
+    scratch = scene.band(-20.0, 1.5, -20.0, 25.0)
+    scene.log_light[stain | scratch] += np.log(factor)
+    assert found(scene)[1] == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_doubtful_depth_and_holes_alone_are_none(seed: int) -> None:
+    scene = Scene(seed=seed)
+    rng = np.random.default_rng(100 + seed)
+    noisy, holes = scene.band(15.0, 5.0, -15.0, 15.0), scene.band(-20.0, 5.0, -15.0, 15.0)
+    scene.lift_mm[noisy] += 1.0 * rng.normal(size=int(noisy.sum()))
+    scene.lost |= holes
+    assert found(scene)[1] == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_dark_line_with_holes_stands_up(seed: int) -> None:
+    scene = Scene(seed=seed)
+    dark_line(scene)
+    _, (place,) = found(scene)
+    assert place.side == 1
+    assert not place.depth_tells
+    assert place.contrast == pytest.approx(1.1, abs=0.15)
+    # 27 mm by 3 mm in cells of 0.86 mm
+    assert place.above + place.below + place.unmeasured == place.cells.sum()
+    assert place.cells.sum() == pytest.approx(27.0 * 3.0 / 0.8625**2, rel=0.2)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_bright_line_below_the_surface_is_missing_material(seed: int) -> None:
+    scene = Scene(seed=seed)
+    bright_line(scene)
+    _, (place,) = found(scene)
+    assert place.side == -1
+    assert place.depth_tells
+    assert place.above < 0.1 * place.below
+
+
+def test_a_few_holes_do_not_make_a_nick_a_burr_but_many_do() -> None:
+    sides = []
+    for share in (0.15, 0.6):
+        scene = Scene()
+        bright_line(scene)
+        cells = scene.band(-25.0, 3.0, -10.0, 20.0)
+        scene.lost |= cells & (np.random.default_rng(7).random(cells.shape) < share)
+        _, (place,) = found(scene)
+        sides.append(place.side)
+    assert sides == [-1, 1]
+
+
+def test_two_lines_are_two_places_the_larger_first() -> None:
+    scene = Scene()
+    dark_line(scene, at=(20.0, 10.0, 25.0))
+    bright_line(scene)
+    _, places = found(scene)
+    assert [one.side for one in places] == [-1, 1]
+    assert places[0].cells.sum() > places[1].cells.sum()
+
+
+@pytest.mark.parametrize("direction", LEANING)
+def test_a_part_that_leans_shows_the_same(direction: tuple[float, float, float]) -> None:
+    scene = Scene(direction)
+    dark_line(scene, at=(12.0, -15.0, 12.0))
+    surface, (place,) = found(scene)
+    row, column = np.nonzero(place.cells)
+    part = scene.in_part(scene.place_mm(12.0, -1.5))
+    turn = np.angle(np.exp(1j * (surface.angle[column] - np.arctan2(part[1], part[0]))))
+    assert place.side == 1
+    assert turn.mean() * scene.radius_mm == pytest.approx(0.0, abs=0.5)
+    assert surface.z_mm[row].mean() == pytest.approx(part[2], abs=0.8)
+    assert np.ptp(surface.z_mm[row]) == pytest.approx(27.0, abs=2.5)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1024.0])
+def test_the_unit_of_light_does_not_matter(unit: float) -> None:
+    scene = Scene()
+    dark_line(scene)
+    bright_line(scene)
+    one, other = (found(scene, unit=each)[1] for each in (1.0, unit))
+    assert len(one) == len(other) == 2
+    for a, b in zip(one, other, strict=True):
+        assert (a.cells != b.cells).sum() <= 2  # a cell at the very threshold
+        assert a.side == b.side
+
+
+@pytest.mark.parametrize("kind", ["even", "wild", "ragged"])
+def test_an_edge_along_a_parallel_is_none(kind: str) -> None:
+    scene = Scene(seed=4)
+    rng = np.random.default_rng(40)
+    band = scene.on & (np.abs(scene.along - 5.0) < 4.0)
+    spots = rng.random(band.shape) < {"even": 1.0, "wild": 1.0, "ragged": 0.6}[kind]
+    band &= spots
+    scene.log_light[band] += 1.2 * (rng.normal(size=int(band.sum())) if kind != "even" else -1.0)
+    scene.lift_mm[band] += 0.5 * rng.normal(size=int(band.sum()))
+    scene.lost |= band & (rng.random(band.shape) < 0.4)
+    assert found(scene)[1] == []
+
+
+def test_where_nothing_of_that_brightness_is_measured_nothing_is_missed() -> None:
+    """A part so dark on its left that its depth fails there: dark specks among it are no burrs."""
+    scene = Scene(seed=5)
+    rng = np.random.default_rng(50)
+    dim = scene.on & (scene.around < -15.0)
+    scene.lost |= dim & (rng.random(dim.shape) < 0.9)
+    cells = scene.band(-30.0, 3.0, -15.0, 12.0)
+    scene.log_light[cells] -= 1.1
+    assert found(scene)[1] == []
+
+
+def test_light_that_is_not_known_is_no_evidence() -> None:
+    scene = Scene()
+    cells = scene.band(20.0, 3.0, -15.0, 12.0)
+    scene.log_light[cells] = np.nan
+    scene.lost |= cells
+    assert found(scene)[1] == []
+
+
+def test_what_ends_beyond_the_part_is_not_looked_at() -> None:
+    scene = Scene()
+    dark_line(scene, at=(20.0, HALF_LENGTH_MM - 1.5, HALF_LENGTH_MM))
+    assert found(scene)[1] == []

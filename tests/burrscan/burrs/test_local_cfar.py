@@ -1,0 +1,69 @@
+"""What stands out of its surroundings: a burr among higher ones, and one ripple among many."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burrscan.arrays import Floats
+from burrscan.burrs.detect import Region, regions
+from burrscan.burrs.field import Field, field_of
+from burrscan.burrs.local_cfar import convincing
+from burrscan.generatrix import fit_generatrix
+from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned
+
+_RIDGES = ((3.0, 0.3), (-3.0, 1.4), (8.0, 1.5), (-8.0, 4.0))
+"""Angle (degrees) and height (mm): the first stands among the others."""
+
+
+def among_larger(_z: Floats, r: Floats, angle: Floats) -> Floats:
+    """A low ridge, and three higher ones on the same rows and within 20 mm, triangular."""
+    lift = np.zeros_like(angle)
+    for at, height in _RIDGES:
+        lift += height * np.clip(1.0 - np.abs(angle - np.radians(at)) * r / 1.5, 0.0, None)
+    return lift
+
+
+def ripples(z: Floats, r: Floats, angle: Floats) -> Floats:
+    """Teeth of 0.5 mm every 7 mm all the way round, on a few rows."""
+    x = (angle * r) % 7.0 - 3.5
+    return np.asarray(0.5 * np.clip(1.0 - np.abs(x) / 0.75, 0.0, None) * (np.abs(z) < 4.0))
+
+
+def called(lift: object, seed: int) -> tuple[Field, list[Region], list[float]]:
+    """The field, its regions, and the angles (degrees, as drawn) of those that convince."""
+    scan = scattered_scan("cylinder", lift, seed=seed)  # type: ignore[arg-type]
+    axis = exact_axis(scan)
+    curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
+    field = field_of(scan.vertices_mm, scan.faces, axis, curve, sigma_mm=None)
+    found = regions(field, false_calls_per_wheel=1e-6)
+    kept = convincing(field, found)
+    zero = angle_in_frame_deg(scan, axis, 0.0)
+    sense = np.sign(turned(angle_in_frame_deg(scan, axis, 10.0) - zero))
+    angles = []
+    for region in kept:
+        inside = region.cells[field.cell[:, 0], field.cell[:, 1]]
+        middle = np.degrees(np.angle(np.exp(1j * field.angle[inside]).mean()))
+        angles.append(sense * turned(float(middle) - zero))
+    return field, found, angles
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_small_ridge_among_larger_ones_is_kept(seed: int) -> None:
+    _, _, angles = called(among_larger, seed)
+    assert sorted(angles) == pytest.approx(sorted(at for at, _ in _RIDGES), abs=0.3)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_one_ripple_of_many_is_none(seed: int) -> None:
+    _, found, angles = called(ripples, seed)
+    assert len(found) > 20
+    assert angles == []
+
+
+def test_the_order_of_the_regions_is_kept() -> None:
+    field, found, _ = called(among_larger, 6)
+    kept = convincing(field, found)
+    assert len(kept) == len(_RIDGES)
+    assert [id(one) for one in found if any(one is other for other in kept)] == [id(one) for one in kept]
+    assert {id(one) for one in convincing(field, found[::-1])} == {id(one) for one in kept}
