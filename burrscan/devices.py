@@ -83,7 +83,11 @@ class CameraSheet:
         A well holds no more than it holds, but is read with noise: half of all full pixels show less than the
         highest DN, and would pass for measured. Four standard deviations miss 3 of 100,000.
         """
-        return self.saturation_dn - int(np.ceil(_FULL_Z * self.gain_dn_per_e * self.read_noise_e))
+        if not self.response:
+            return self.saturation_dn - int(np.ceil(_FULL_Z * self.gain_dn_per_e * self.read_noise_e))
+        lowest = 1.0 - _FULL_Z * self.read_noise_e / self.full_well_e
+        dn = np.arange(self.saturation_dn + 1.0)
+        return int(min(np.interp(lowest, row, dn) for row in self.response))
 
     @property
     def gain_dn_per_e(self) -> float:

@@ -55,7 +55,7 @@ def linear_images(images: Image, camera: CameraSheet) -> Image:
     """
     if not camera.response:
         return images
-    tables = [_table(row, _black_dn(camera)) for row in camera.response]
+    tables = [_table(row, _black_dn(camera), camera.clipped_dn) for row in camera.response]
     if len(tables) == 1:
         return np.asarray(tables[0].take(images, mode="clip"))
     channels = [table.take(images[..., c], mode="clip") for c, table in enumerate(tables)]
@@ -96,8 +96,8 @@ def _black_dn(camera: CameraSheet) -> float:
 
 
 @lru_cache(maxsize=8)
-def _table(light: tuple[float, ...], black: float) -> NDArray[np.uint16]:
-    """Linear DN of each raw DN; only the highest is saturated."""
+def _table(light: tuple[float, ...], black: float, clipped_dn: int) -> NDArray[np.uint16]:
+    """Linear DN of each raw DN; what a full well may show is saturated: a raw DN is many linear ones."""
     values: Floats = np.rint(black + (_TOP - black) * np.asarray(light))
-    values[:-1] = np.minimum(values[:-1], _TOP - 1.0)
+    values[clipped_dn:] = _TOP
     return np.maximum(values, 0.0).astype(np.uint16)

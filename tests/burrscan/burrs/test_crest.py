@@ -17,7 +17,7 @@ _RADIUS_MM = 30.0
 
 
 def flake(height_mm: float, seed: int, *, pitch_mm: float = _PITCH_MM) -> tuple[Burr, ...]:
-    """A fine mesh of part of a cylinder with one column of vertices that stands up, and its skirts, 8 mm long."""
+    """A fine mesh of part of a cylinder; one column of vertices stands up over 8 mm, with skirts."""
     rng = np.random.default_rng(seed)
     rows, columns = 160, 200
     z = pitch_mm * (np.arange(rows) - rows / 2)
@@ -28,7 +28,8 @@ def flake(height_mm: float, seed: int, *, pitch_mm: float = _PITCH_MM) -> tuple[
         r[high, columns // 2 + off] += share * height_mm  # what a pixel that is wider than the flake smears
     points = np.stack([r * np.cos(angle), r * np.sin(angle), np.broadcast_to(z[:, None], r.shape)], axis=-1)
     axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
-    curve = Generatrix(z[[0, -1]], np.full(2, _RADIUS_MM), np.zeros(2), np.zeros(2))
+    ends = np.array([z[0], z[-1]])
+    curve = Generatrix(ends, np.full(2, _RADIUS_MM), np.zeros(2), np.zeros(2))
     faces = grid_faces(rows, columns).astype(np.int32)
     return burrs_residual(points.reshape(-1, 3), faces, axis, curve, sigma_mm=0.01)
 

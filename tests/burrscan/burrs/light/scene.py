@@ -106,7 +106,7 @@ def dark_line(
 def bright_line(
     scene: Scene, width_mm: float = 3.0, at: tuple[float, float, float] = (-25.0, -10.0, 20.0)
 ) -> None:
-    """A nick whose wall mirrors the projector: three times the light, depth below the surface, nothing missing."""
+    """A nick whose wall mirrors the projector: three times the light, depth below, nothing missing."""
     cells = scene.band(at[0], width_mm, at[1], at[2])
     scene.log_light[cells] += 1.1
     scene.lift_mm[cells] -= 0.4

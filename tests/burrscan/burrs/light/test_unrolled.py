@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -28,12 +30,12 @@ def part(profile: Floats, direction: tuple[float, float, float]) -> tuple[Axis, 
 
 
 def inside(points: Floats, axis: Axis, profile: Floats, slack: float) -> Bools:
-    """Whether points (..., 3) lie within the solid wheel, deeper than ``slack``: by its radius at their height."""
+    """Whether points (..., 3) lie within the solid wheel, deeper than ``slack``."""
     local = points - axis.point_mm
     z = local @ axis.direction
     r = np.linalg.norm(local - z[..., None] * axis.direction, axis=-1)
     within = np.zeros(z.shape, bool)
-    for (z0, r0), (z1, _) in zip(profile[:-1], profile[1:], strict=True):
+    for (z0, r0), (z1, _) in pairwise(profile):
         within |= (z > z0 + slack) & (z < z1 - slack) & (r < r0 - slack)
     return within
 
@@ -53,7 +55,7 @@ def points_of(surface: Unrolled, axis: Axis) -> Floats:
     x, y = (surface.r_mm[:, None] * f(surface.angle) for f in (np.cos, np.sin))
     z = np.broadcast_to(surface.z_mm[:, None], x.shape)
     T = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction))
-    return np.stack([x, y, z], axis=-1) @ T[:3, :3].T + T[:3, 3]
+    return np.asarray(np.stack([x, y, z], axis=-1) @ T[:3, :3].T + T[:3, 3])
 
 
 def in_raster(points: Floats, rig: Rig, margin: float) -> Bools:
@@ -100,7 +102,7 @@ def test_open_is_what_rays_from_both_devices_reach(
 
 
 def test_a_shoulder_hides_and_shades() -> None:
-    """Not vacuous: of the stepped wheel that leans, much that faces both devices is hidden from one of them."""
+    """Not vacuous: of a stepped wheel that leans, much that faces both devices is hidden from one."""
     rig = small_rig(width=320)
     axis, curve = part(_STEPPED, (0.1, 1.0, 0.3))
     surface = unrolled(axis, curve, rig)
