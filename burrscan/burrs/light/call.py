@@ -44,8 +44,7 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     share = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
     if share <= _MUCH:
         return burr
-    width = _width(place, surface)
-    told = Value(_HEIGHT_PER_WIDTH * width, _HEIGHT_SIGMA * width)
+    told = _told(_width(place, surface), surface)
     depth = burr.height_mm
     if abs(depth.value - told.value) > 2.0 * told.sigma:
         height = told
@@ -62,6 +61,14 @@ def _width(place: Place, surface: Unrolled) -> float:
     return float(np.median(each * surface.r_mm[used])) * turn
 
 
+def _told(width: float, surface: Unrolled) -> Value:
+    """The height that a width tells; the width is counted in cells, up to half a cell off on either side."""
+    counted = surface.step_mm / np.sqrt(6.0)
+    return Value(
+        _HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, _HEIGHT_PER_WIDTH * counted))
+    )
+
+
 def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | None) -> Burr:
     """A burr of which the light tells the place and the extent, and the depth no height.
 
@@ -74,7 +81,7 @@ def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | Non
     turned = surface.angle[columns] - surface.angle[0]
     angle = float(surface.angle[0] + np.mean(turned))
     z, length = surface.z_mm[rows], len(np.unique(rows)) * step
-    height = Value(_HEIGHT_PER_WIDTH * width, _HEIGHT_SIGMA * width)
+    height = _told(width, surface)
     place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
     area_sigma = 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])

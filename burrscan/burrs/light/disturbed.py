@@ -97,7 +97,9 @@ def disturbed(
     """
     surface = unrolled(axis, generatrix, sight.rig)
     light = surface.sampled(np.nan_to_num(sight.radiance.astype(float)), order=1)
-    known = surface.open & (light > 0.0)
+    # a cell beside unknown light would get a share of nothing, and pass for dark
+    unknown = surface.sampled(np.isnan(sight.radiance).astype(float), order=1)
+    known = surface.open & (light > 0.0) & (unknown == 0.0)
     gap = max(round(0.5 * widest_mm / surface.step_mm), 2)
     half = max(round(2.7 * widest_mm / surface.step_mm), 4 * gap)
     with np.errstate(divide="ignore"):
