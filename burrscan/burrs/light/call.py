@@ -62,7 +62,7 @@ def _width(place: Place, surface: Unrolled) -> float:
 
 
 def _told(width: float, surface: Unrolled) -> Value:
-    """The height that a width tells; the width is counted in cells, up to half a cell off on either side."""
+    """The height that a width tells, which is counted in cells: up to half a one is off on either side."""
     counted = surface.step_mm / np.sqrt(6.0)
     return Value(
         _HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, _HEIGHT_PER_WIDTH * counted))

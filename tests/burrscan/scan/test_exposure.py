@@ -17,14 +17,13 @@ def straight() -> CameraSheet:
     return CameraSheet()
 
 
-def bent() -> CameraSheet:
-    """Output is light to the power 0.7: a step at the top is worth 14 electrons, more than the read noise."""
-    return CameraSheet(
-        black_level_dn=0.0, response=(tuple((np.linspace(0.0, 1.0, 1024) ** (1 / 0.7)).tolist()),)
-    )
+def bent(power: float) -> CameraSheet:
+    """Output is light to a power; below 1 a step at the top is many electrons, above 1 the noise is many DN."""
+    light = np.linspace(0.0, 1.0, 1024) ** (1.0 / power)
+    return CameraSheet(black_level_dn=0.0, response=(tuple(light.tolist()),))
 
 
-@pytest.mark.parametrize("camera", [straight(), bent()], ids=["linear", "bent"])
+@pytest.mark.parametrize("camera", [straight(), bent(0.7), bent(2.0)], ids=["linear", "flat", "steep"])
 @pytest.mark.parametrize("rung", [1, 2, 3])
 def test_a_pixel_that_a_rung_clips_is_measured_by_the_next(camera: CameraSheet, rung: int) -> None:
     times = ladder_ms(camera, ratio=12.0)
