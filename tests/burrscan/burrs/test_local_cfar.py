@@ -65,5 +65,6 @@ def test_the_order_of_the_regions_is_kept() -> None:
     field, found, _ = called(among_larger, 6)
     kept = convincing(field, found)
     assert len(kept) == len(_RIDGES)
+    turned_round = convincing(field, found[::-1])
+    assert [id(one) for one in turned_round] == [id(one) for one in kept[::-1]]
     assert [id(one) for one in found if any(one is other for other in kept)] == [id(one) for one in kept]
-    assert {id(one) for one in convincing(field, found[::-1])} == {id(one) for one in kept}

@@ -18,7 +18,7 @@ def straight() -> CameraSheet:
 
 
 def bent(power: float) -> CameraSheet:
-    """Output is light to a power; below 1 a step at the top is many electrons, above 1 the noise is many DN."""
+    """Output is light to a power: below 1 a top step is many electrons, above 1 the noise is many DN."""
     light = np.linspace(0.0, 1.0, 1024) ** (1.0 / power)
     return CameraSheet(black_level_dn=0.0, response=(tuple(light.tolist()),))
 

@@ -1,0 +1,89 @@
+"""The light decides what the depth alone gets wrong: whole runs of the method on synthetic scans."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burrscan.burrs import burrs_residual
+from burrscan.inspection import Burr
+from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
+from tests.burrscan.parts import turned
+
+
+def burrs_of(scene: Scene, *, seen: bool) -> tuple[Burr, ...]:
+    """The burrs of the scene's mesh: neighbouring pixels joined, where all have a depth."""
+    sight = scene.sight()
+    there = np.isfinite(sight.points_mm[..., 2])
+    number = np.cumsum(there).reshape(there.shape) - 1
+    whole = there[:-1, :-1] & there[1:, :-1] & there[1:, 1:] & there[:-1, 1:]
+    a, b, c, d = (n[whole] for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]).astype(np.int32)
+    return burrs_residual(
+        sight.points_mm[there],
+        faces,
+        scene.axis,
+        scene.generatrix,
+        sigma_mm=scene.depth_noise_mm,
+        sight=sight if seen else None,
+    )
+
+
+def mirrored(scene: Scene) -> None:
+    """A ridge whose flank mirrors: much of it is not measured, the rest triangulates below the surface."""
+    cells = scene.band(20.0, 4.4, -15.0, 12.0)
+    scene.log_light[cells] += 1.1
+    scene.lift_mm[cells] -= 0.6
+    scene.lost |= scene.band(21.2, 2.0, -15.0, 12.0)
+
+
+def angle_at(scene: Scene, around_mm: float, along_mm: float) -> float:
+    part = scene.in_part(scene.place_mm(around_mm, along_mm))
+    return float(np.degrees(np.arctan2(part[1], part[0])))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ridge_that_triangulates_below_the_surface_is_a_ridge(seed: int) -> None:
+    scene = Scene(seed=seed)
+    mirrored(scene)
+    assert [burr.side for burr in burrs_of(scene, seen=False)] == ["nick"]
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.side == "protrusion"
+    assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
+
+
+def test_where_hardly_any_depth_is_the_light_alone_tells() -> None:
+    scene = Scene()
+    dark_line(scene)
+    scene.lost |= scene.band(20.0, 3.0, -15.0, 12.0)
+    assert burrs_of(scene, seen=False) == ()
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.side == "protrusion"
+    assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
+
+
+def test_what_light_and_depth_agree_on_is_one_burr_measured_by_its_depth() -> None:
+    scene = Scene()
+    bright_line(scene)
+    (plain,), (burr,) = (burrs_of(scene, seen=seen) for seen in (False, True))
+    assert burr.side == plain.side == "nick"
+    assert burr.height_mm == plain.height_mm
+    assert burr.height_mm.value == pytest.approx(0.4, abs=0.08)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_called_on_a_clean_part_and_on_a_stain(seed: int) -> None:
+    scene = Scene(seed=seed)
+    scene.log_light[np.hypot(scene.around - 15.0, scene.along) < 6.0] -= 1.5
+    assert burrs_of(scene, seen=True) == ()
+
+
+def test_the_light_of_one_place_says_nothing_of_another() -> None:
+    scene = Scene()
+    mirrored(scene)
+    scene.lift_mm[scene.band(-25.0, 3.0, -10.0, 20.0)] -= 0.4  # a nick that changes no light
+    sides = {
+        round(turned(burr.angle_deg.value - angle_at(scene, 0.0, 0.0))): burr.side
+        for burr in burrs_of(scene, seen=True)
+    }
+    assert sorted(sides.values()) == ["nick", "protrusion"]
