@@ -1,5 +1,7 @@
 """Meshing: orientation, jumps in depth, specks and spikes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,22 @@ def test_a_triangles_long_side_may_rise_by_the_root_of_two_more(
     depth = near + near * reach * (across * np.arange(2.0) + down * np.arange(2.0)[:, None])
     # top left, bottom left, bottom right: the diagonal is their long side
     assert _whole(depth, np.zeros((2, 2)), (0, 0), (0, 1, 2), reach) == whole
+
+
+def test_the_radiance_takes_the_points_to_the_pixels_centres() -> None:
+    rig = small_rig(width=80)
+    truth = plane_depth(camera_rays(rig.camera))
+    there = scene(rig, truth, sigma_px=1e-3)
+    # dark to the left of a fifth of column 40, five times as bright to the right of it: at 0.2 of the pixel
+    light = np.where(np.arange(80) < 40, 1.0, 5.0) * np.ones(rig.camera.shape)
+    light[:, 40] = 0.2 * 1.0 + 0.8 * 5.0
+    centroid = (0.2 * -0.4 * 1.0 + 0.8 * 0.1 * 5.0) / light[0, 40]
+    u_px = there.u_px.copy()
+    u_px[:, 40] += centroid * np.gradient(there.u_px, axis=1)[:, 40]
+    off = replace(there, u_px=u_px.astype(np.float32))
+    plain, moved = (surface(off, rig, radiance=each).points_mm[5:-5, 40, 2] for each in (None, light))
+    bias, rest = (np.sqrt(np.nanmean((z - truth[5:-5, 40]) ** 2)) for z in (plain, moved))
+    assert rest < 0.5 * bias
 
 
 def test_an_empty_scan_gives_an_empty_mesh() -> None:

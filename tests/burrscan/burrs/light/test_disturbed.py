@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
@@ -131,15 +132,30 @@ def test_an_edge_along_a_parallel_is_none(kind: str) -> None:
     assert found(scene)[1] == []
 
 
+@pytest.mark.parametrize(("density", "expected"), [(0.0, 1), (0.02, 0), (0.04, 0)])
+def test_what_is_like_its_parallels_is_none(density: float, expected: int) -> None:
+    """Specks of four pixels all the way round: a cluster among them is the part's, alone it is a burr."""
+    scene = Scene(seed=4)
+    band = scene.on & (np.abs(scene.along - 5.0) < 6.0)
+    corners = np.random.default_rng(60).random(band.shape) < density
+    off = band & ndimage.binary_dilation(corners, np.ones((2, 2)))
+    off |= scene.band(10.0, 4.0, 0.0, 10.0)
+    scene.log_light[off] += 1.2
+    scene.lift_mm[off] += 0.6
+    assert len(found(scene)[1]) == expected
+
+
 def test_where_nothing_of_that_brightness_is_measured_nothing_is_missed() -> None:
     """A part so dark on its left that its depth fails there: dark specks among it are no burrs."""
     scene = Scene(seed=5)
     rng = np.random.default_rng(50)
     dim = scene.on & (scene.around < -15.0)
     scene.lost |= dim & (rng.random(dim.shape) < 0.9)
-    cells = scene.band(-30.0, 3.0, -15.0, 12.0)
+    cells = scene.band(-30.0, 4.5, -15.0, 12.0)
     scene.log_light[cells] -= 1.1
     assert found(scene)[1] == []
+    scene.lost = cells  # where the same light is measured, it is one
+    assert len(found(scene)[1]) == 1
 
 
 def test_light_that_is_not_known_is_no_evidence() -> None:
