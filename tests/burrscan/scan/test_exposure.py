@@ -70,5 +70,15 @@ def test_a_full_well_is_told_by_its_noise(read_noise_e: float, bit_depth: int) -
     shown = np.minimum(np.rint(camera.black_level_dn + camera.gain_dn_per_e * read), camera.saturation_dn)
     # 3.2 of 100,000 beyond four sigma: 6 expected, 17 with five standard deviations
     assert (shown < camera.clipped_dn).sum() <= 17
-    # and nothing is given away: 3 DN and six sigma of the noise below the top are measured
+    # and little is given away: 3 DN and six sigma of the noise below the top are measured
     assert camera.clipped_dn >= camera.saturation_dn - 3 - 6.0 * camera.gain_dn_per_e * read_noise_e
+
+
+@pytest.mark.parametrize("power", [0.7, 2.0, 3.0])
+def test_a_full_well_behind_a_response_is_told_too(power: float) -> None:
+    camera = bent(power)
+    read = 1.0 + np.random.default_rng(9).normal(0.0, camera.read_noise_e / camera.full_well_e, 200_000)
+    shown = np.minimum(np.rint(1023.0 * read**power), camera.saturation_dn)
+    assert (shown < camera.clipped_dn).sum() <= 17
+    # six sigma and two DN below the top are measured
+    assert camera.clipped_dn >= 1021.0 * (1.0 - 6.0 * camera.read_noise_e / camera.full_well_e) ** power

@@ -95,6 +95,9 @@ def test_open_is_what_rays_from_both_devices_reach(
         facing = np.minimum(facing, (up * (at - points)).sum(axis=-1) / np.linalg.norm(at - points, axis=-1))
     truth = seen[0] & seen[1] & (facing > 0.25) & in_raster(points, rig, 0.0)
     assert not (surface.open & ~truth).any()
+    # nor what is next to a shadow or to what is hidden: penumbras, footprints
+    dark = ndimage.binary_opening(~truth, np.ones((3, 3), bool))
+    assert not (surface.open & ndimage.binary_dilation(dark)).any()
     # Beyond 50 degrees cells hide themselves: a projector's pixel holds cells further apart than the slack.
     sure = ndimage.binary_erosion(truth & in_raster(points, rig, 2.0) & (facing > 0.65), iterations=4)
     assert sure.sum() > 3000
