@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.disturbed import Place, _measurable, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
 from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, bright_line, dark_line
 
@@ -145,17 +145,16 @@ def test_what_is_like_its_parallels_is_none(density: float, expected: int) -> No
     assert len(found(scene)[1]) == expected
 
 
-def test_where_nothing_of_that_brightness_is_measured_nothing_is_missed() -> None:
-    """A part so dark on its left that its depth fails there: dark specks among it are no burrs."""
-    scene = Scene(seed=5)
+def test_nothing_is_missed_where_light_of_that_strength_is_hardly_measured() -> None:
     rng = np.random.default_rng(50)
-    dim = scene.on & (scene.around < -15.0)
-    scene.lost |= dim & (rng.random(dim.shape) < 0.9)
-    cells = scene.band(-30.0, 4.5, -15.0, 12.0)
-    scene.log_light[cells] -= 1.1
-    assert found(scene)[1] == []
-    scene.lost = cells  # where the same light is measured, it is one
-    assert len(found(scene)[1]) == 1
+    predicted = np.where(np.arange(60) < 30, -3.0, 2.0) + 0.05 * rng.normal(size=(40, 60))
+    measured = rng.random(predicted.shape) < np.where(predicted < 0.0, 0.3, 0.9)
+    predicted[:, 59] = np.nan
+    is_open = np.ones(predicted.shape, bool)
+    is_open[0] = False
+    expected = is_open & (np.arange(60) >= 30) & (np.arange(60) < 59)
+    np.testing.assert_array_equal(_measurable(predicted, measured, is_open), expected)
+    assert not _measurable(np.full((3, 3), np.nan), np.ones((3, 3), bool), np.ones((3, 3), bool)).any()
 
 
 def test_light_that_is_not_known_is_no_evidence() -> None:
