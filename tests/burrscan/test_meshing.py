@@ -87,7 +87,9 @@ def test_the_radiance_takes_the_points_to_the_pixels_centres() -> None:
     u_px = there.u_px.copy()
     u_px[:, 40] += centroid * np.gradient(there.u_px, axis=1)[:, 40]
     off = replace(there, u_px=u_px.astype(np.float32))
-    plain, moved = (surface(off, rig, radiance=each).points_mm[5:-5, 40, 2] for each in (None, light))
+    plain, moved = (
+        surface(off, rig, radiance=each).points_mm[5:-5, 40, 2] for each in (None, light.astype(np.float32))
+    )
     bias, rest = (np.sqrt(np.nanmean((z - truth[5:-5, 40]) ** 2)) for z in (plain, moved))
     assert rest < 0.5 * bias
 

@@ -78,7 +78,7 @@ def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
     """Heights are drawn; the base is 0.5 to 2 of them, a third of them hides: widths follow."""
     rng = np.random.default_rng(11)
     pulls = []
-    for seed in range(40):
+    for seed in range(30):
         per_width = rng.uniform(0.43, 1.0)  # 1 / (base + 1/3), by which the constant is argued, evenly spread
         height = rng.uniform(1.5, 5.0)
         scene = Scene(seed=seed)
@@ -86,7 +86,7 @@ def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
         surface, places = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=12.0)
         burr = called(places[0], surface, scene.axis, limit_mm=None)
         pulls.append((burr.height_mm.value - height) / burr.height_mm.sigma)
-    # 40 pulls: the mean is known to 0.16, the root mean square to 11 %
+    # 30 pulls: the mean is known to 0.18, the root mean square to 13 %
     assert abs(np.mean(pulls)) < 0.5
     assert 0.7 < np.sqrt(np.mean(np.square(pulls))) < 1.35
     assert np.abs(pulls).max() < 3.5

@@ -138,7 +138,7 @@ def test_what_is_like_its_parallels_is_none(density: float, expected: int) -> No
     scene = Scene(seed=4)
     band = scene.on & (np.abs(scene.along - 5.0) < 6.0)
     corners = np.random.default_rng(60).random(band.shape) < density
-    off = band & ndimage.binary_dilation(corners, np.ones((2, 2)))
+    off = band & ndimage.binary_dilation(corners, np.ones((2, 2), bool))
     off |= scene.band(10.0, 4.0, 0.0, 10.0)
     scene.log_light[off] += 1.2
     scene.lift_mm[off] += 0.6
