@@ -15,7 +15,9 @@ from burrscan.inspection import Axis, Generatrix
 from burrscan.rig import Rig, View
 
 _GRAZING = 0.25
-"""Cosine of the steepest angle (75 degrees) to look at a cell: beyond it a pixel sees many cells."""
+"""Cosine of the steepest angle (75 degrees) to look at a cell: beyond it a pixel sees many cells. From 50
+degrees on cells begin to hide each other (:func:`_nearest`) and drop out: letting them in made false calls
+on the grazed sides of wheels."""
 _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
 _BORDER_CELLS = 2
