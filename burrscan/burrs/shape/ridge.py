@@ -362,7 +362,9 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     """A ridge of few vertices across: see :mod:`burrscan.burrs.shape.grid_posterior`."""
     _, centre, slope, _, _ = ridge.parameters
     near = _part(patch, np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
-    slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing) if len(near.u_mm) else False
+    if not len(near.u_mm):  # the triangle lies beside all vertices: an axis far off leaves such
+        return ridge
+    slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing)
     found = posterior_of(
         near,
         ridge.parameters[:4],

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -101,3 +103,14 @@ def test_whether_vertices_are_points_or_footprints_is_seen(footprint: float) -> 
     assert ridge.footprint_mm == footprint
     assert ridge.height_mm == pytest.approx(2.0, abs=0.03)
     assert ridge.width_mm == pytest.approx(2.0, abs=0.03)
+
+
+def test_a_ridge_beside_all_of_its_vertices_is_left_as_it_is() -> None:
+    """An axis 15 degrees off gave such a triangle, and a traceback in place of a result."""
+    rng = np.random.default_rng(2)
+    u, v = rng.uniform(0.0, 20.0, 200), rng.uniform(-3.0, 3.0, 200)
+    patch = Patch(u, v, np.maximum(1.0 - np.abs(v), 0.0) + rng.normal(0.0, 0.02, 200), np.full(200, 0.02))
+    first = first_ridge(patch, spacing_mm=0.8, start=(0.0, 20.0))
+    assert first is not None
+    beside = replace(first, parameters=first.parameters + np.array([0.0, 100.0, 0.0, 0.0, 0.0]))
+    assert fit_ridge(patch, beside, spacing_mm=0.8).height_mm == pytest.approx(beside.height_mm)
