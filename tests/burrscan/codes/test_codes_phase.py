@@ -37,7 +37,7 @@ def test_phase_equals_the_plain_double_precision_sum(steps: int) -> None:
     assert np.abs(apart / sigma)[strong].max() < 1e-3
     np.testing.assert_allclose(found.sigma_px[strong] / 16.0, sigma[strong], rtol=2e-2)
     np.testing.assert_allclose(found.amplitude_dn, 2.0 * np.abs(phasor) / steps, rtol=1e-5, atol=1e-4)
-    np.testing.assert_array_equal(found.clipped, (images >= CAMERA.saturation_dn).any(axis=0))
+    np.testing.assert_array_equal(found.clipped, (images >= CAMERA.clipped_dn).any(axis=0))
 
 
 def test_no_modulation_has_a_vast_sigma() -> None:
