@@ -30,8 +30,6 @@ ALIKE = np.cos(np.radians(3.0))
 """Axes nearer than this are one."""
 CONTEST_STEPS = 6
 """Gauss-Newton steps when several starts differ: the three that each had were too few to tell them apart."""
-CONTRADICTED = 9.49
-"""Chi² of four unknowns that chance exceeds in 5 %: then the stated noise is not what the axis errs by."""
 FLAT = 0.01
 """Faces of a coarse mesh lie within the part by about this share of the rms radius, or less."""
 LEAST_CORNERS = 0.5
@@ -105,7 +103,7 @@ def find_axis_profile(
     if corners is not None:  # no noise is stated there, so that there is one fit
         fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
     stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
-    fit, known = chosen_fit(fits, stated)
+    fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
     return axis_of(cloud, fit, known, evaluations + fit.steps, flags)
 
@@ -127,30 +125,16 @@ def _by_corners(
     return last, corners, corners
 
 
-def chosen_fit(fits: list[Fit], stated: list[AxisCovariance]) -> tuple[Fit, AxisCovariance]:
-    """The fit with the stated weights, unless the one with equal weights contradicts it (Hausman 1978).
+def log_covariance_determinant(known: AxisCovariance) -> float:
+    """Logarithm of the determinant of a fit's covariance, the square of its uncertainty ellipsoid's volume.
 
     Weights by the stated noise are best where errors are those of pixels alone. Errors that neighbours share
     (light that bounces, footprints on curved metal) are as large where the noise is small, and there such
-    weights hand the axis to a few quiet places. Equal weights are good in both cases: if they exclude the
-    weighted fit's axis by their own uncertainty, its weights are wrong. Whichever of the two states less
-    would be the other rule, and would choose what is too sure of itself.
+    weights hand the axis to a few quiet places. Sectors of the part then disagree, and equal weights have the
+    smaller determinant.
     """
-    weighted, equal = fits[0], fits[-1]
-    apart, covariance = axis_between(equal, weighted), stated[-1].covariance
-    size = float(np.trace(covariance))
-    if len(fits) == 1 or not 0.0 < size < np.inf:
-        return weighted, stated[0]
-    with np.errstate(over="ignore"):
-        off = float(apart @ np.linalg.solve(covariance / size, apart)) / size
-    return (equal, stated[-1]) if off > CONTRADICTED else (weighted, stated[0])
-
-
-def axis_between(fit: Fit, other: Fit) -> Floats:
-    """(4,) rotation vector about, and offset along, a fit's e1 and e2 that bring its axis onto another's."""
-    along, place = fit.frame.T @ other.frame[:, 2], fit.frame.T @ (other.place - fit.place)
-    across = along[:2] / along[2]
-    return np.array([-across[1], across[0], *(place[:2] - place[2] * across)])
+    sign, volume = np.linalg.slogdet(known.covariance)
+    return float(volume) if sign > 0.0 else np.inf
 
 
 def stated_sigma(sigma_mm: Floats | None) -> float:
