@@ -7,12 +7,11 @@ largest value, which no even ridge shows.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
 from burrscan.burrs.field import Field
+from burrscan.burrs.height import with_height
 from burrscan.inspection import Burr, Value
 
 _LARGEST = 0.9
@@ -41,9 +40,8 @@ def no_lower_than_its_crest(burr: Burr, field: Field, vertices: Ints) -> Burr:
 
     """
     lift = field.deviation_mm[vertices] * (1.0 if burr.side == "protrusion" else -1.0)
-    crest = _crest(
-        lift, *(place / field.spacing_mm for place in (field.along_mm[vertices], field.arc_mm(vertices)))
-    )
+    along, around = field.along_mm[vertices], field.arc_mm(vertices)
+    crest = _crest(lift, along / field.spacing_mm, around / field.spacing_mm)
     if len(crest) < _FEWEST:
         return burr
     tall, usual = float(np.quantile(lift[crest], _LARGEST)), float(np.median(lift[crest]))
@@ -52,13 +50,7 @@ def no_lower_than_its_crest(burr: Burr, field: Field, vertices: Ints) -> Burr:
     if tall - fitted.value <= _CONTRADICTS * float(np.hypot(fitted.sigma, noise)):
         return burr
     height = Value(tall, float(np.hypot(noise, 0.5 * (tall - usual))))
-    grown, share = tall / fitted.value, height.sigma / tall
-    return replace(
-        burr,
-        height_mm=height,
-        area_mm2=_scaled(burr.area_mm2, grown, share),
-        volume_mm3=_scaled(burr.volume_mm3, grown, share),
-    )
+    return with_height(burr, height, share=height.sigma / tall)
 
 
 def _crest(lift: Floats, along: Floats, around: Floats) -> Ints:
@@ -69,7 +61,3 @@ def _crest(lift: Floats, along: Floats, around: Floats) -> Ints:
     last = np.append(np.diff(longer[order]) != 0, True)
     crest: Ints = order[last]
     return crest
-
-
-def _scaled(value: Value, by: float, share: float) -> Value:
-    return Value(value.value * by, float(np.hypot(value.sigma * by, value.value * by * share)))

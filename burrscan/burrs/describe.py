@@ -76,7 +76,7 @@ class _Frame:
     patch: Patch
 
 
-def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) -> Burr | None:
+def describe(field: Field, site: Site, axis: Axis) -> Burr | None:
     """Measure a burr; None where no ridge rises out of the noise. O(vertices chosen)."""
     lift = site.sign * field.deviation_mm[site.chosen]
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
@@ -85,7 +85,7 @@ def describe(field: Field, site: Site, axis: Axis, *, limit_mm: float | None) ->
     frame, ridge = _best(field, site, lift, weight)
     if ridge is None or not _credible(ridge):
         return None
-    return _burr(field, site, ridge, frame, axis, limit_mm)
+    return _burr(field, site, ridge, frame, axis)
 
 
 def _credible(ridge: Ridge) -> bool:
@@ -163,7 +163,7 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
     return direction if direction[1] > 1e-9 or direction[0] > 0.0 else -direction
 
 
-def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, limit_mm: float | None) -> Burr:
+def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
     most, sigma = height_of(frame.patch, ridge, least_mm=_STRETCH * field.spacing_mm)
     height = Value(most, float(np.hypot(sigma, site.shared_share * ridge.open_mm)))
@@ -187,7 +187,6 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis, lim
             field.foot[vertex], field.normal[vertex], float(angle.value), frame.direction, axis
         ),
         significance=site.significance,
-        within_limit=None if limit_mm is None else height.value <= limit_mm,
     )
 
 

@@ -12,6 +12,7 @@ from burrscan.burrs.crest import no_lower_than_its_crest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
+from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
@@ -75,14 +76,15 @@ def burrs_residual(
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
-    certain = _certain(field, found, axis, limit_mm, false_calls_per_wheel)
+    certain = _certain(field, found, axis, false_calls_per_wheel)
     seen: list[Burr] = []
     if sight is not None:
         surface, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
         certain, dark = _told_by_light(certain, places, surface)
-        seen = [called(place, surface, axis, limit_mm=limit_mm) for place in dark]
+        seen = [called(place, surface, axis) for place in dark]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
-    return (*(certain[i].burr for i in kept), *seen)
+    burrs = sorted([*(certain[i].burr for i in kept), *seen], key=lambda burr: -burr.significance)
+    return tuple(judged(burr, limit_mm) for burr in burrs)
 
 
 class _Certain(NamedTuple):
@@ -93,9 +95,7 @@ class _Certain(NamedTuple):
     size: float
 
 
-def _certain(
-    field: Field, found: list[Region], axis: Axis, limit_mm: float | None, false_calls_per_wheel: float
-) -> list[_Certain]:
+def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float) -> list[_Certain]:
     """What is left of the regions when the errors that neighbours share are counted."""
     if not found:
         return []
@@ -106,7 +106,7 @@ def _certain(
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
-        burr = describe(field, replace(site, shared_share=noise.shared_share), axis, limit_mm=limit_mm)
+        burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
         if burr is None:
             continue
         burr = no_lower_than_its_crest(burr, field, _inside(field, site))
@@ -137,13 +137,9 @@ def _told_by_light(
 
 def _less_sure(burr: Burr, shared_mm: float) -> Burr:
     """The burr with a height, an area and a volume that allow for an error all over it."""
-    share = shared_mm / max(burr.height_mm.value, 1e-300)
-
-    def wider(value: Value) -> Value:
-        return Value(value.value, float(np.hypot(value.sigma, value.value * share)))
-
-    height, area, volume = wider(burr.height_mm), wider(burr.area_mm2), wider(burr.volume_mm3)
-    return replace(burr, height_mm=height, area_mm2=area, volume_mm3=volume)
+    height = burr.height_mm
+    wider = Value(height.value, float(np.hypot(height.sigma, shared_mm)))
+    return with_height(burr, wider, share=shared_mm / height.value)
 
 
 def _sites(field: Field, found: list[Region]) -> list[tuple[Region, Site]]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.burrs.height import with_height
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface
@@ -45,12 +44,11 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     if share <= _MUCH:
         return burr
     told = _told(_width(place, surface), surface)
-    depth = burr.height_mm
+    depth, doubt = burr.height_mm, share * told.sigma
     if abs(depth.value - told.value) > 2.0 * told.sigma:
-        height = told
-    else:
-        height = Value(depth.value, float(np.hypot(depth.sigma, share * told.sigma)))
-    return replace(burr, height_mm=height)
+        return with_height(burr, told, share=told.sigma / told.value)
+    height = Value(depth.value, float(np.hypot(depth.sigma, doubt)))
+    return with_height(burr, height, share=doubt / depth.value)
 
 
 def _width(place: Place, surface: Unrolled) -> float:
@@ -69,17 +67,16 @@ def _told(width: float, surface: Unrolled) -> Value:
     )
 
 
-def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | None) -> Burr:
+def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     """A burr of which the light tells the place and the extent, and the depth no height.
 
     Its height follows from the width of what is disturbed, and its sigma says how little that is. O(cells).
     """
     rows, columns = np.nonzero(place.cells)
-    middle = int(np.argmin(np.abs(np.arange(len(surface.z_mm)) - np.median(rows))))
+    middle = int(np.median(rows))
     step, r = surface.step_mm, float(surface.r_mm[middle])
     width = _width(place, surface)
-    turned = surface.angle[columns] - surface.angle[0]
-    angle = float(surface.angle[0] + np.mean(turned))
+    angle = float(surface.angle[columns].mean())
     z, length = surface.z_mm[rows], len(np.unique(rows)) * step
     height = _told(width, surface)
     place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
@@ -98,5 +95,4 @@ def called(place: Place, surface: Unrolled, axis: Axis, *, limit_mm: float | Non
         volume_mm3=Value(area * length, area_sigma * length),
         T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle, upwards, axis),
         significance=float(np.sqrt(place.cells.sum())),
-        within_limit=None if limit_mm is None else height.value <= limit_mm,
     )

@@ -14,6 +14,7 @@ from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.field import field_of
+from burrscan.burrs.height import judged
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 
 _CIRCLE_ITERATIONS = 5
@@ -87,8 +88,9 @@ def burrs_seed(
     chosen = np.flatnonzero(turn < 2.0 * np.radians(tolerance_deg))
     on = turn[chosen] < np.radians(tolerance_deg)
     sign = 1 if np.median(signed[agree]) >= 0.0 else -1
-    burr = describe(field, Site(chosen, on, sign, significance), axis, limit_mm=limit_mm)
-    return (_with_angle(burr or _angle_only(sign, significance), angle, angles[agree], axis),)
+    burr = describe(field, Site(chosen, on, sign, significance), axis)
+    stated = _with_angle(burr or _angle_only(sign, significance), angle, angles[agree], axis)
+    return (judged(stated, limit_mm),)
 
 
 def burrs_seed_literal(

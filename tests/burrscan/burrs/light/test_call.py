@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.height import judged
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
@@ -21,7 +22,7 @@ def seen(
     scene: Scene, *, widest_mm: float = 3.0, limit_mm: float | None = None
 ) -> tuple[Unrolled, Place, Burr]:
     surface, (place,) = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=widest_mm)
-    return surface, place, called(place, surface, scene.axis, limit_mm=limit_mm)
+    return surface, place, judged(called(place, surface, scene.axis), limit_mm)
 
 
 @pytest.mark.parametrize("direction", LEANING)
@@ -84,7 +85,7 @@ def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
         scene = Scene(seed=seed)
         dark_line(scene, height / per_width, at=(rng.uniform(-20.0, 25.0), -15.0, 12.0))
         surface, places = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=12.0)
-        burr = called(places[0], surface, scene.axis, limit_mm=None)
+        burr = called(places[0], surface, scene.axis)
         pulls.append((burr.height_mm.value - height) / burr.height_mm.sigma)
     # 30 pulls: the mean is known to 0.18, the root mean square to 13 %
     assert abs(np.mean(pulls)) < 0.5

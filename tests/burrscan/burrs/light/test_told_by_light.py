@@ -11,7 +11,7 @@ from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
 from tests.burrscan.parts import turned
 
 
-def burrs_of(scene: Scene, *, seen: bool) -> tuple[Burr, ...]:
+def burrs_of(scene: Scene, *, seen: bool, limit_mm: float | None = None) -> tuple[Burr, ...]:
     """The burrs of the scene's mesh: neighbouring pixels joined, where all have a depth."""
     sight = scene.sight()
     there = np.isfinite(sight.points_mm[..., 2])
@@ -26,6 +26,7 @@ def burrs_of(scene: Scene, *, seen: bool) -> tuple[Burr, ...]:
         scene.generatrix,
         sigma_mm=scene.depth_noise_mm,
         sight=sight if seen else None,
+        limit_mm=limit_mm,
     )
 
 
@@ -87,3 +88,28 @@ def test_the_light_of_one_place_says_nothing_of_another() -> None:
         for burr in burrs_of(scene, seen=True)
     }
     assert sorted(sides.values()) == ["nick", "protrusion"]
+
+
+def test_verdict_area_and_volume_are_those_of_the_height_that_is_stated() -> None:
+    """A low measured edge of a burr that is mostly dark: its fitted height was judged, another was stated."""
+    scene = Scene()
+    scene.log_light[scene.band(20.0, 4.4, -15.0, 12.0)] -= 1.1
+    scene.lift_mm[scene.band(20.0, 4.4, -15.0, 12.0)] += 0.15
+    scene.lost |= scene.band(21.0, 2.4, -15.0, 12.0)
+    (low,) = burrs_of(scene, seen=False)
+    (burr,) = burrs_of(scene, seen=True, limit_mm=2.0 * low.height_mm.value)
+    assert burr.height_mm.value > 4.0 * low.height_mm.value
+    assert burr.within_limit is False
+    grown = burr.height_mm.value / low.height_mm.value
+    assert burr.area_mm2.value == pytest.approx(grown * low.area_mm2.value)
+    assert burr.volume_mm3.value == pytest.approx(grown * low.volume_mm3.value)
+
+
+def test_the_most_significant_comes_first_whatever_told_it() -> None:
+    scene = Scene()
+    dark_line(scene)
+    scene.lost |= scene.band(20.0, 3.0, -15.0, 12.0)
+    scene.lift_mm[scene.band(-15.0, 2.0, -2.0, 2.0)] += 0.3
+    told = [burr.significance for burr in burrs_of(scene, seen=True)]
+    assert len(told) == 2
+    assert told == sorted(told, reverse=True)
