@@ -24,7 +24,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
-from burrscan.sight import Sight
+from burrscan.sight import Sight, sight_of
 from burrscan.strays import WILD, beyond
 from burrscan.surface import Surface
 from burrscan.variants import check_call, check_parameters, resolve, takes
@@ -157,9 +157,12 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
     _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")
     surface = _timed(timings, "surface", surface_of, scan.correspondence, scanner.rig, radiance=scan.radiance)
-    sight = None if scan.radiance is None else Sight(scan.radiance, surface.points_mm, scanner.rig)
     inspection = inspect_surface(
-        surface.vertices_mm, surface.faces, pipeline, sigma_mm=surface.vertex_sigma_mm, sight=sight
+        surface.vertices_mm,
+        surface.faces,
+        pipeline,
+        sigma_mm=surface.vertex_sigma_mm,
+        sight=sight_of(scan.radiance, surface.points_mm, scanner.rig),
     )
     return Outcome(scan, surface, replace(inspection, timings_s={**timings, **inspection.timings_s}))
 

@@ -29,3 +29,8 @@ class Sight:
 
     def __post_init__(self) -> None:
         freeze(self, radiance=self.radiance, points_mm=self.points_mm)
+
+
+def sight_of(radiance: Floats32 | None, points_mm: Floats, rig: Rig) -> Sight | None:
+    """The sight of a scan, as :class:`Sight` takes it; none where the scan tells no light."""
+    return None if radiance is None else Sight(radiance, points_mm, rig)

@@ -23,8 +23,9 @@ from burrscan.arrays import Bools, Floats, Floats32, Ints32
 from burrscan.correspondence import Correspondence
 from burrscan.inspection import Inspection
 from burrscan.meshing import surface
-from burrscan.pipeline import Outcome, Pipeline, inspect_surface
+from burrscan.pipeline import Mesh, Outcome, Pipeline, inspect_surface
 from burrscan.rig import Rig
+from burrscan.sight import Sight, sight_of
 from burrscan.surface import Surface
 
 SUBSTITUTIONS = ("none", "decoding", "triangulation", "coverage", "axis", "generatrix", "burrs")
@@ -73,7 +74,7 @@ def mesh_budget(evidence: MeshEvidence, pipeline: Pipeline, *, vertices_mm: Floa
     def looked(inspection: Inspection) -> MeshEvidence:
         return replace(evidence, inspection=inspection)
 
-    steps = _part_steps(evidence, pipeline, vertices_mm, faces, None, looked)
+    steps = _part_steps(evidence, pipeline, (vertices_mm, faces, None), None, looked)
     return _measured([("none", lambda: evidence), *steps])
 
 
@@ -96,11 +97,19 @@ def _scan_steps(evidence: Evidence, pipeline: Pipeline, rig: Rig) -> list[Inspec
     stated = evidence.outcome.scan.correspondence.sigma_u_px
     sigma = np.where(np.isfinite(stated) & accepted, stated, truth.sigma_limit_px).astype(np.float32)
     perfect, known = (_true_columns(truth.u_px, sigma, mask) for mask in (seen, accepted))
+    radiance = evidence.outcome.scan.radiance
     whole = surface(perfect, truth.rig)
+    mesh = (whole.vertices_mm, whole.faces, whole.vertex_sigma_mm)
 
     def meshed(columns: Correspondence, told: Rig) -> Evidence:
         found = surface(columns, told)
-        inspection = inspect_surface(found.vertices_mm, found.faces, pipeline, sigma_mm=found.vertex_sigma_mm)
+        inspection = inspect_surface(
+            found.vertices_mm,
+            found.faces,
+            pipeline,
+            sigma_mm=found.vertex_sigma_mm,
+            sight=sight_of(radiance, found.points_mm, told),
+        )
         return _with(evidence, columns, found, inspection)
 
     def looked(inspection: Inspection) -> Evidence:
@@ -111,7 +120,7 @@ def _scan_steps(evidence: Evidence, pipeline: Pipeline, rig: Rig) -> list[Inspec
         ("decoding", lambda: meshed(known, rig)),
         ("triangulation", lambda: meshed(known, truth.rig)),
         ("coverage", lambda: meshed(perfect, truth.rig)),
-        *_part_steps(evidence, pipeline, whole.vertices_mm, whole.faces, whole.vertex_sigma_mm, looked),
+        *_part_steps(evidence, pipeline, mesh, sight_of(radiance, whole.points_mm, truth.rig), looked),
     ]
 
 
@@ -128,26 +137,25 @@ def _with(evidence: Evidence, columns: Correspondence, found: Surface, inspectio
 def _part_steps(
     evidence: PartEvidence,
     pipeline: Pipeline,
-    vertices_mm: Floats,
-    faces: Ints32,
-    sigma_mm: Floats | None,
+    mesh: Mesh,
+    sight: Sight | None,
     looked: Callable[[Inspection], Evidence | MeshEvidence],
 ) -> Iterator[Inspected]:
     """Axis, generatrix and burrs replaced, one after the other."""
     pose = evidence.T_part_mesh
-    axis = true_axis(pose, vertices_mm)
+    axis = true_axis(pose, mesh[0])
     told_axis = with_axis(pipeline, axis)
     told_curve = with_generatrix(told_axis, true_generatrix(pose, evidence.true_generatrix_zr_mm, axis))
     told_all = with_burrs(told_curve, true_burrs(pose, evidence.true_burrs, axis))
     for name, told in (("axis", told_axis), ("generatrix", told_curve), ("burrs", told_all)):
-        yield name, partial(_inspected, told, vertices_mm, faces, sigma_mm, looked)
+        yield name, partial(_inspected, told, mesh, sight, looked)
 
 
 def _inspected(
     pipeline: Pipeline,
-    vertices_mm: Floats,
-    faces: Ints32,
-    sigma_mm: Floats | None,
+    mesh: Mesh,
+    sight: Sight | None,
     looked: Callable[[Inspection], Evidence | MeshEvidence],
 ) -> Evidence | MeshEvidence:
-    return looked(inspect_surface(vertices_mm, faces, pipeline, sigma_mm=sigma_mm))
+    vertices_mm, faces, sigma_mm = mesh
+    return looked(inspect_surface(vertices_mm, faces, pipeline, sigma_mm=sigma_mm, sight=sight))
