@@ -14,6 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.correspondence import Correspondence
+from burrscan.shifted import shifted
 
 _LONGEST_STEP_PX = 2.0
 """Columns of neighbouring pixels further apart than twice their usual distance have a jump between them; a
@@ -64,7 +65,7 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
 
     Both (h, w) in pixels from the centre; 0 at the border of the image and beside unknown light.
     """
-    before, after = _neighbours(radiance, direction)
+    before, after = _beside(radiance, direction)
     with np.errstate(invalid="ignore", divide="ignore"):
         ramp = np.clip((after - before) / (24.0 * radiance), -1.0 / 6.0, 1.0 / 6.0)
         # the step lies at s from the centre: before · (s + 1/2) + after · (1/2 - s) is the pixel's light
@@ -76,7 +77,7 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
 
 def _slope(u_px: Floats, direction: int) -> Floats:
     """Change of the column per pixel: the mean of both sides, or of the one that is known and has no jump."""
-    before, after = _neighbours(u_px, direction)
+    before, after = _beside(u_px, direction)
     steps = np.stack([u_px - before, after - u_px])
     with np.errstate(invalid="ignore"):
         steps = np.where(np.abs(steps) <= _LONGEST_STEP_PX, steps, np.nan)
@@ -84,7 +85,7 @@ def _slope(u_px: Floats, direction: int) -> Floats:
     return np.asarray(np.nan_to_num(steps).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
 
 
-def _neighbours(image: Floats, direction: int) -> tuple[Floats, Floats]:
+def _beside(image: Floats, direction: int) -> tuple[Floats, Floats]:
     """The image one pixel before and one pixel after; NaN beyond the border."""
-    pad = np.pad(image, [(1, 1) if axis == direction else (0, 0) for axis in (0, 1)], constant_values=np.nan)
-    return (pad[:-2], pad[2:]) if direction == 0 else (pad[:, :-2], pad[:, 2:])
+    step = (1, 0) if direction == 0 else (0, 1)
+    return shifted(image, -step[0], -step[1]), shifted(image, *step)

@@ -15,44 +15,20 @@ nor how strong it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, Floats32, Image, Ints
-from burrscan.devices import ProjectorSheet
-from burrscan.scanner import PassThrough, Patterns, Scanner
+from burrscan.arrays import Floats, Floats32, Ints
 from scenes.scene import SceneSpec
+from scenes.shots import Shot, shone
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
 
-_FRAMES_AT_ONCE = 12
-"""Bounds memory: frames of a megapixel take 4 MB each, and twice for their slopes."""
 _UNKNOWNS = 5  # u, a, b, c, w
 _DERIVATIVE = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
 """Weights of a central difference of sixth order: exact to 1 % for sines of down to 5 px."""
-
-
-@dataclass(frozen=True)
-class Shot:
-    """One call of :meth:`burrscan.scanner.Scanner.capture`."""
-
-    patterns: Patterns
-    exposure_ms: float
-
-
-class WatchedScanner(PassThrough):
-    """Pass pictures through and remember what was shown and for how long, in ``shots``."""
-
-    def __init__(self, scanner: Scanner) -> None:
-        super().__init__(scanner)
-        self.shots: list[Shot] = []
-
-    def capture(self, patterns: Patterns, exposure_ms: float) -> Image:
-        """Capture, and remember."""
-        self.shots.append(Shot(patterns, exposure_ms))
-        return self._scanner.capture(patterns, exposure_ms)
 
 
 @dataclass(frozen=True)
@@ -92,13 +68,15 @@ def bounds_of(light: LightTransport, scene: SceneSpec, shots: Sequence[Shot], *,
     direct, indirect = (_alone(part, light, pixels) for part in (light.direct, light.indirect))
     steady = light.ambient.ravel()[pixels].astype(float) * scene.light.ambient
     fisher = np.zeros((_UNKNOWNS, _UNKNOWNS, len(pixels)))
-    for shone, slope, exposure_ms in _chunks(shots, scene.projector.sheet):
+    for few, exposure_ms in shone(shots, scene.projector.sheet):
+        shape = (len(few), *light.projector_shape)
+        frames, slopes = (np.broadcast_to(each, shape) for each in (few, _slope(few)))
         _add(
             fisher,
-            direct.relight(shone)[:, 0],
-            direct.relight(slope)[:, 0],
-            indirect.relight(shone)[:, 0],
-            indirect.relight(slope)[:, 0],
+            direct.relight(frames)[:, 0],
+            direct.relight(slopes)[:, 0],
+            indirect.relight(frames)[:, 0],
+            indirect.relight(slopes)[:, 0],
             steady=steady,
             scene=scene,
             exposure_ms=exposure_ms,
@@ -120,19 +98,6 @@ def _alone(part: SparseRows, light: LightTransport, pixels: Ints) -> LightTransp
     return LightTransport(
         shape, light.projector_shape, some, empty_rows(len(pixels)), nan, nan, nan, nan, nan
     )
-
-
-def _chunks(shots: Sequence[Shot], sheet: ProjectorSheet) -> Iterator[tuple[Floats32, Floats32, float]]:
-    """Light and its change per column of a few frames at a time, and their exposure."""
-    table = sheet.light.astype(np.float32)
-    for shot in shots:
-        frames = shot.patterns.frames
-        plain = frames.strides[1] == 0
-        for first in range(0, len(frames), _FRAMES_AT_ONCE):
-            some = frames[first : first + _FRAMES_AT_ONCE]
-            light = table[some[:, :1] if plain else some]
-            slope = _slope(light)
-            yield np.broadcast_to(light, some.shape), np.broadcast_to(slope, some.shape), shot.exposure_ms
 
 
 def _slope(light: Floats32) -> Floats32:
@@ -160,12 +125,9 @@ def _add(
     """Add some frames' information on u, a, b, c and w."""
     camera = scene.camera
     rate = camera.electrons_per_ms * exposure_ms
-    dark = 1e-3 * camera.dark_current_e_per_s * exposure_ms
-    sheet = camera.sheet
     for one, change, other, other_change in zip(direct, slope, indirect, indirect_slope, strict=True):
-        mean = rate * (one + other + steady) + dark
-        variance = mean + camera.read_noise_e**2 + sheet.rounding_e2(mean)
-        weight = np.where(mean < camera.full_well_e, 1.0 / variance, 0.0)
+        mean = camera.mean_e(one + other + steady, exposure_ms)
+        weight = np.where(mean < camera.full_well_e, 1.0 / camera.variance_e2(mean), 0.0)
         gradient = rate * np.stack([change, one, np.ones_like(one), other, other_change]).astype(float)
         fisher += weight * gradient[:, None] * gradient[None]
 

@@ -14,13 +14,11 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Floats, Floats32
-from scenes.bound import Shot
 from scenes.scene import SceneSpec
+from scenes.shots import Shot, shone
 from scenes.transport.matrix import LightTransport
 from scenes.truth import Truth
 
-_FRAMES_AT_ONCE = 12
-"""Relit together: bounds the memory."""
 _REACH = 3.0
 """Heights to each side of a burr, beside its width, within which a change of the light counts as its own: a
 shadow at 70 degrees of incidence, and as much for its mirror image."""
@@ -49,14 +47,9 @@ def dprime_squared(
     total = np.zeros(light.camera_shape)
     ambient = [one.ambient.astype(float) * scene.light.ambient for one in (light, bare)]
     error = light.indirect_sigma.astype(float) ** 2 + bare.indirect_sigma.astype(float) ** 2
-    table = scene.projector.sheet.light.astype(np.float32)
-    for shot in shots:
-        frames = shot.patterns.frames
-        plain = frames.strides[1] == 0
-        for first in range(0, len(frames), _FRAMES_AT_ONCE):
-            some = frames[first : first + _FRAMES_AT_ONCE]
-            shone = np.broadcast_to(table[some[:, :1] if plain else some], some.shape)
-            _add(total, light.relight(shone), bare.relight(shone), ambient, error, scene, shot.exposure_ms)
+    for few, exposure_ms in shone(shots, scene.projector.sheet):
+        frames = np.broadcast_to(few, (len(few), *light.projector_shape))
+        _add(total, light.relight(frames), bare.relight(frames), ambient, error, scene, exposure_ms)
     return total
 
 
@@ -72,17 +65,15 @@ def _add(
     """Add some frames of one exposure."""
     camera = scene.camera
     rate = camera.electrons_per_ms * exposure_ms
-    dark = 1e-3 * camera.dark_current_e_per_s * exposure_ms
     for one, other in zip(with_burrs, without, strict=True):
         means = [
-            np.minimum(rate * (image + steady) + dark, camera.full_well_e)
+            np.minimum(camera.mean_e(image + steady, exposure_ms), camera.full_well_e)
             for image, steady in zip((one, other), ambient, strict=True)
         ]
         mean = 0.5 * (means[0] + means[1])
-        variance = mean + camera.read_noise_e**2 + camera.sheet.rounding_e2(mean)
         open_well = mean < camera.full_well_e
         squared = (means[0] - means[1]) ** 2 - np.where(open_well, rate**2 * error, 0.0)
-        total += np.maximum(squared, 0.0) / variance
+        total += np.maximum(squared, 0.0) / camera.variance_e2(mean)
 
 
 def burr_dprimes(truth: Truth, squared: Floats) -> tuple[float, ...]:

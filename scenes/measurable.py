@@ -45,7 +45,7 @@ def limit_sigma_px(light: Light, *, camera: CameraSpec, ambient: float) -> Float
     exposure = np.nan_to_num(exposure)
     amplitude = 0.5 * exposure * share * direct
     mean = 0.5 * exposure * share * (peak - steady) + exposure * steady
-    noise = np.sqrt(mean + camera.read_noise_e**2 + camera.sheet.rounding_e2(mean))
+    noise = np.sqrt(camera.variance_e2(mean))
     scale = _PERIOD_PX / (2.0 * np.pi) * np.sqrt(2.0 / _STEPS)
     with np.errstate(divide="ignore"):
         return np.where(amplitude > 0.0, scale * noise / amplitude, np.inf).astype(np.float32)

@@ -85,7 +85,7 @@ class Store:
         except InputError:
             raise
         except Exception as error:  # every kind of store has errors of its own
-            raise InputError(f"{self.address}: cannot be used as a store ({error or repr(error)})") from error
+            raise InputError(f"{self.address}: no store ({str(error) or repr(error)})") from error
         return self
 
     @property

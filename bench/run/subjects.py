@@ -22,10 +22,11 @@ from bench.synthetic.spec import MeshSpec, RidgeSpec, mesh_from, scanned
 from burrscan.arrays import Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
-from scenes.bound import Bounds, WatchedScanner, bounds_of
+from scenes.bound import Bounds, bounds_of
 from scenes.detectability import burr_dprimes, dprime_squared
 from scenes.light import Light
 from scenes.scene import scene_from
+from scenes.shots import WatchedScanner
 from scenes.simulate import Simulation, simulate
 from scenes.stores import Store
 from scenes.transport.matrix import LightTransport

@@ -14,6 +14,14 @@ from burrscan.arrays import Bools, Floats, Floats32, Image, freeze
 from burrscan.devices import CameraSheet
 from burrscan.scanner import Patterns, Scanner
 
+_WELL_MEASURED_PX = 0.5
+"""Standard deviation: the limit that coverage is counted by, half a projector column."""
+_PLANNING_PERIOD_PX = 16.0
+"""Of the sine that stands for the code when the exposure is chosen; all codes here end in stripes about as
+fine."""
+_PLANNING_STEPS = 8
+"""Of that sine; the best exposure hardly depends on it, for it scales all pixels' noise alike."""
+
 
 @dataclass(frozen=True)
 class Response:
@@ -126,6 +134,24 @@ def sine_sigma_px(
     with np.errstate(divide="ignore"):
         sigma: Floats = period_px / (2.0 * np.pi) * np.sqrt(2.0 / steps) * sigma_e / (0.5 * signal_e)
     return sigma
+
+
+def served(scanner: Scanner, exposure_ms: float | None) -> tuple[float, int, Floats32 | None]:
+    """An exposure fixed by hand, or the one that serves most pixels; frames taken for it; their radiance.
+
+    Without a bracket there is no radiance.
+    """
+    if exposure_ms is not None:
+        return exposure_ms, 0, None
+    response = bracket(scanner)
+    best = best_exposure_ms(
+        response,
+        camera=scanner.camera,
+        period_px=_PLANNING_PERIOD_PX,
+        steps=_PLANNING_STEPS,
+        max_sigma_px=_WELL_MEASURED_PX,
+    )
+    return best, response.frames, response.radiance
 
 
 def best_exposure_ms(

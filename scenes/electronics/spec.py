@@ -12,6 +12,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from burrscan.arrays import Floats
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.documents import STRICT
 from scenes.electronics.response import ResponseSpec
@@ -92,6 +93,14 @@ class CameraSpec:
     def electrons_per_ms(self) -> float:
         """Electrons that light 1 makes in a millisecond."""
         return self.full_well_e / self.white_exposure_ms
+
+    def mean_e(self, light: Floats, exposure_ms: float) -> Floats:
+        """Expected electrons of some light; the well is not bounded here."""
+        return (self.electrons_per_ms * light + 1e-3 * self.dark_current_e_per_s) * exposure_ms
+
+    def variance_e2(self, mean_e: Floats) -> Floats:
+        """Their variance: photons, reading, rounding (EMVA 1288, section 2.3)."""
+        return mean_e + self.read_noise_e**2 + self.sheet.rounding_e2(mean_e)
 
 
 @dataclass(frozen=True)

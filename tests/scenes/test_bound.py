@@ -9,8 +9,9 @@ from scipy.interpolate import CubicSpline
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.scanner import Patterns
-from scenes.bound import Shot, bounds_of
+from scenes.bound import bounds_of
 from scenes.scene import SceneSpec, scene_from
+from scenes.shots import Shot
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from burrscan.scanner import Patterns
-from scenes.bound import Shot
 from scenes.detectability import burr_dprimes, dprime_squared
 from scenes.scene import scene_from
+from scenes.shots import Shot
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
 

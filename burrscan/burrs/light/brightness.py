@@ -11,19 +11,17 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Floats
+from burrscan.burrs.light.row_sigma import row_sigma
+from burrscan.robust import TUKEY
 
 _PASSES = 3
 """Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
-_TUKEY = 4.685
-"""Robust deviations from which a neighbour hardly counts: 95 % efficient for Gaussian noise (Huber 1981)."""
 _LEAST_WEIGHT = 1e-3
 """Of a neighbour that misfits: on the top of a narrow highlight all do, and least squares fits them then."""
 _LEAST_SHARE = 0.3
 """Share of the window that must be known: less is all on one side, and a parabola extrapolates badly."""
-_LEAST_ROW = 20
-"""Cells from which a row's own scatter is taken; a shorter row takes that of all."""
-_CALMEST = 0.5
-"""A row is not taken to be calmer than this share of the whole: its scatter is an estimate, too."""
+_LEAST_SCATTER = 1e-6
+"""Of the logarithm of the light; less is the arithmetic's."""
 
 
 def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Floats, Floats, Floats]:
@@ -51,19 +49,10 @@ def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Fl
     for _ in range(_PASSES):
         predicted = _parabolas(values, weight, half, gap, _LEAST_SHARE)
         rest = np.where(known, brightness - predicted, np.nan)
-        scatter = _scatter(rest)
-        share = np.nan_to_num(rest / (_TUKEY * scatter[:, None]), nan=1.0)
+        scatter = row_sigma(rest, least=_LEAST_SCATTER)
+        share = np.nan_to_num(rest / (TUKEY * scatter[:, None]), nan=1.0)
         weight = known * np.maximum((1.0 - np.minimum(share**2, 1.0)) ** 2, _LEAST_WEIGHT)
     return rest, predicted, scatter
-
-
-def _scatter(rest: Floats) -> Floats:
-    """Robust standard deviation of every row."""
-    size = np.abs(rest)
-    count = np.isfinite(size).sum(axis=1)
-    whole = float(np.nanmedian(size)) if count.any() else 0.0
-    rows = np.array([np.nanmedian(r) if n >= _LEAST_ROW else whole for r, n in zip(size, count, strict=True)])
-    return np.asarray(1.4826 * np.maximum(rows, max(_CALMEST * whole, 1e-6)))
 
 
 @njit(cache=True, parallel=True, nogil=True)

@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
+from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Generatrix
@@ -26,6 +27,8 @@ _LONE_CONTRAST = 0.5
 """Least median excess of a place with hardly any depth: light alone must tell, by a factor 1.6."""
 _DEPTH_Z = 5.0
 """Robust standard deviations by which the depth is off, beyond what noise shows on 100,000 cells."""
+_LEAST_SCATTER_MM = 1e-9
+"""Of the depth; less is the arithmetic's."""
 _LEAST_CELLS = 15
 """Cells of a place; fewer are a spot."""
 _LEAST_ROWS = 5
@@ -105,7 +108,8 @@ def disturbed(
     with np.errstate(divide="ignore"):
         rest, predicted, scatter = excess(np.log(light), known, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
-    off = measured & (np.abs(deviation) > _DEPTH_Z * _spread(deviation, measured & surface.open)[:, None])
+    calm = row_sigma(np.where(measured & surface.open, deviation, np.nan), least=_LEAST_SCATTER_MM)
+    off = measured & (np.abs(deviation) > _DEPTH_Z * calm[:, None])
     hole = ~measured & _measurable(predicted, measured, surface.open)
     strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
@@ -130,25 +134,16 @@ def _measurable(predicted: Floats, measured: Bools, open_cells: Bools) -> Bools:
     return known & (seen[level] >= _MEASURABLE) if known.any() else known
 
 
-def _spread(deviation: Floats, known: Bools) -> Floats:
-    """(rows,) robust standard deviation of the depth, never below that of half of all."""
-    size = np.where(known, np.abs(deviation), np.nan)
-    whole = float(np.nanmedian(size)) if known.any() else 0.0
-    rows = [np.nanmedian(row) if np.isfinite(row).sum() > 20 else whole for row in size]
-    return 1.4826 * np.maximum(rows, max(0.5 * whole, 1e-9))
-
-
 def _places(core: Bools, off: Bools, open_cells: Bools) -> list[Bools]:
     """Connected cells about the core, largest first, that are not like their parallels all the way round."""
     near = np.ones((3, 3), bool)
     labels, count = ndimage.label(ndimage.binary_dilation(core, near) & off, near)
     large = []
     for number, box in enumerate(ndimage.find_objects(labels, count), 1):
-        cells = labels == number
-        size = int((core & cells).sum())
-        rows = int(cells.any(axis=1).sum())
+        inside = labels[box] == number
+        size, rows = int((core[box] & inside).sum()), len(inside)
         if size >= max(_LEAST_CELLS, _LEAST_FILL * rows) and rows >= _LEAST_ROWS:
-            large.append((size, box[0], cells))
+            large.append((size, box[0], labels == number))
     # one burr is no reason to doubt another on the same parallels
     others = np.logical_or.reduce([cells for _, _, cells in large]) if large else np.zeros(core.shape, bool)
     beside = open_cells & ~ndimage.binary_dilation(others, near, iterations=4)

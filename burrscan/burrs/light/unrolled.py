@@ -111,7 +111,7 @@ def _reached(
     towards = centre - points
     distance = np.linalg.norm(towards, axis=-1)
     facing = (normals * towards).sum(axis=-1) / distance > _GRAZING
-    return facing & _nearest(pixel, distance, view.shape, facing, _BEHIND_CELLS * step), pixel
+    return _nearest(pixel, distance, view.shape, facing, _BEHIND_CELLS * step), pixel
 
 
 def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: float) -> Bools:

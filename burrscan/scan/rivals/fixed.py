@@ -10,17 +10,9 @@ from burrscan.codes import METHODS as CODES
 from burrscan.codes.code import patterns
 from burrscan.correspondence import Scan
 from burrscan.linear import linear
-from burrscan.scan.exposure import best_exposure_ms, bracket, even
+from burrscan.scan.exposure import even, served
 from burrscan.scanner import Scanner
 from burrscan.variants import check_parameters, resolve
-
-_WELL_MEASURED_PX = 0.5
-"""Standard deviation: the limit that coverage is counted by, half a projector column."""
-_PLANNING_PERIOD_PX = 16.0
-"""Of the sine that stands for the code when the exposure is chosen; all codes here end in stripes about as
-fine."""
-_PLANNING_STEPS = 8
-"""Of that sine; the best exposure hardly depends on it, for it scales all pixels' noise alike."""
 
 
 def scan_fixed(
@@ -42,7 +34,7 @@ def scan_fixed(
         For the family, such as ``{"steps": 16}``.
     exposure_ms
         Fixed by hand; by default bracketing chooses the exposure at which most pixels are unclipped and
-        fine (see :func:`burrscan.scan.exposure.best_exposure_ms`).
+        fine (see :func:`burrscan.scan.exposure.served`).
 
     Notes
     -----
@@ -59,17 +51,7 @@ def scan_fixed(
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")
     chosen = family(width=scanner.rig.projector.width, **given)
-    spent, radiance = 0, None
-    if exposure_ms is None:
-        response = bracket(scanner)
-        spent, radiance = response.frames, response.radiance
-        exposure_ms = best_exposure_ms(
-            response,
-            camera=scanner.camera,
-            period_px=_PLANNING_PERIOD_PX,
-            steps=_PLANNING_STEPS,
-            max_sigma_px=_WELL_MEASURED_PX,
-        )
+    exposure_ms, spent, radiance = served(scanner, exposure_ms)
     shown = patterns(chosen.light, chosen.names, view=scanner.rig.projector, sheet=scanner.projector)
     images = scanner.capture(shown, exposure_ms)
     white = scanner.capture(even(scanner, levels=(255,)), exposure_ms)[0]

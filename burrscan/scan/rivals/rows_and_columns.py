@@ -12,16 +12,9 @@ from burrscan.correspondence import Correspondence, Scan
 from burrscan.devices import ProjectorSheet
 from burrscan.linear import linear
 from burrscan.rig import View
-from burrscan.scan.exposure import best_exposure_ms, bracket, even
+from burrscan.scan.exposure import even, served
 from burrscan.scanner import Patterns, Scanner
 from burrscan.variants import check_parameters, resolve
-
-_WELL_MEASURED_PX = 0.5
-"""As in the fixed scan: the limit that coverage is counted by."""
-_PLANNING_PERIOD_PX = 16.0
-"""As in the fixed scan: the sine that stands for the code when the exposure is chosen."""
-_PLANNING_STEPS = 8
-"""As in the fixed scan: scales all pixels' noise alike."""
 
 
 def scan_rows_and_columns(
@@ -43,7 +36,7 @@ def scan_rows_and_columns(
         A code family of :data:`burrscan.codes.METHODS`, or ``"module:function"``, and its parameters.
     exposure_ms
         Fixed by hand; by default bracketing chooses the exposure at which most pixels are unclipped and
-        fine (see :func:`burrscan.scan.exposure.best_exposure_ms`).
+        fine (see :func:`burrscan.scan.exposure.served`).
 
     Notes
     -----
@@ -59,17 +52,7 @@ def scan_rows_and_columns(
     family = resolve(code, CODES, stage="code")
     given = dict(parameters or {})
     check_parameters(family, given, stage=f"code '{code}'")
-    spent, radiance = 0, None
-    if exposure_ms is None:
-        response = bracket(scanner)
-        spent, radiance = response.frames, response.radiance
-        exposure_ms = best_exposure_ms(
-            response,
-            camera=scanner.camera,
-            period_px=_PLANNING_PERIOD_PX,
-            steps=_PLANNING_STEPS,
-            max_sigma_px=_WELL_MEASURED_PX,
-        )
+    exposure_ms, spent, radiance = served(scanner, exposure_ms)
     view = scanner.rig.projector
     columns, rows = family(width=view.width, **given), family(width=view.height, **given)
     across = patterns(columns.light, columns.names, view=view, sheet=scanner.projector)

@@ -26,8 +26,8 @@ from burrscan.devices import CameraSheet
 from burrscan.linear import linear
 from burrscan.scan.exposure import Response, even, sine_sigma_px
 from burrscan.scan.fill_columns import fill_columns
-from burrscan.scan.validity.consistency import shifted
 from burrscan.scanner import Scanner
+from burrscan.shifted import shifted
 from burrscan.triangulation import epipolar_v
 
 _CANDIDATES = 80

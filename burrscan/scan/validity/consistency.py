@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats32
+from burrscan.shifted import shifted
 
 _FITTING = 3.0
 """Chi² per degree of freedom below which phasors fit one column, so that a loss of modulation is a
@@ -53,16 +54,6 @@ def consistent(
     mixed = (neighbours < 4) & (misfit < _FITTING) & (lost - _least_around(lost, u_px) > most_lost)
     good: Bools = np.isfinite(u_px) & ~off & ~mixed & (neighbours >= 2)
     return good
-
-
-def shifted(image: Floats32, rows: int, columns: int) -> Floats32:
-    """The image as seen from (rows, columns) further on; NaN beyond the border."""
-    height, width = image.shape
-    moved = np.full_like(image, np.nan)
-    y, x = max(rows, 0), max(columns, 0)
-    cut = image[y : height + min(rows, 0), x : width + min(columns, 0)]
-    moved[max(-rows, 0) : height - y, max(-columns, 0) : width - x] = cut
-    return moved
 
 
 def _least_around(lost: Floats32, u_px: Floats32) -> Floats32:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import stats
 
 from burrscan.arrays import Floats, Floats32
-from burrscan.scan.validity.consistency import shifted
+from burrscan.shifted import shifted
 
 _SHARES = (0.02, 0.1, 0.3, 1.0, 3.0)
 """Of light lost to the stripes, even in its logarithm: classes whose deviation per share is learnt apart;
