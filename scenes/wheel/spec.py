@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
 from burrscan.documents import STRICT
 from scenes.finish import LocalFinishKey
@@ -148,7 +148,8 @@ class Nick:
     angle_deg
         atan2 angle of the middle of the notch.
     depth_mm, width_mm
-        Largest depth along the normal of the surface; width of the mouth.
+        Largest depth along the normal of the surface; width of the mouth. A file may say ``height_mm`` for
+        the depth, as results do, so that a suite can vary the size of burrs of all kinds by one path.
     z_start_mm, z_end_mm
         Extent along the axis; it may run out over the end faces, which nicks the edge.
     depth_variation, seed
@@ -161,7 +162,7 @@ class Nick:
     __pydantic_config__ = STRICT
 
     angle_deg: Angle
-    depth_mm: Length
+    depth_mm: Annotated[Length, Field(validation_alias=AliasChoices("depth_mm", "height_mm"))]
     width_mm: Length
     z_start_mm: float
     z_end_mm: float
