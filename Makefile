@@ -6,6 +6,8 @@
 BIN := .venv/bin
 READY := .venv/ready
 DOCS := .venv/docs
+# a file at a time to each of up to four processes, for what a file shares is made once
+EVERY_CORE := -n logical --maxprocesses 4 --dist loadfile
 REGRESS := reports/runs/regress-$(shell date +%Y%m%dT%H%M%S)
 
 help: ## this list
@@ -27,10 +29,10 @@ regress: $(READY) ## run the suite 'quick' against its accepted baseline; fails 
 
 test: $(READY) ## set up and run every test; on Debian as root also a browser for those that look at pages
 	@.ci/browser $(BIN)/python
-	$(BIN)/pytest --durations=10 -rs
+	$(BIN)/pytest $(EVERY_CORE) --durations=10 -rs
 
 test-fast: $(READY) ## the tests that take a minute together, while you write
-	$(BIN)/pytest -m "not slow"
+	$(BIN)/pytest $(EVERY_CORE) -m "not slow"
 
 coverage: $(READY) ## every test, and which lines they reach: htmlcov/index.html
 	@.ci/browser $(BIN)/python

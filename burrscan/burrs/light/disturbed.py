@@ -6,7 +6,7 @@ change the depth alone. A burr changes both: its flanks mirror, it hides what is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -14,6 +14,7 @@ from scipy import ndimage
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.row_sigma import row_sigma
+from burrscan.burrs.light.side import Looks, side_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Generatrix
@@ -59,6 +60,8 @@ class Place:
         Cells whose depth lies outside, inside, and that have none.
     contrast
         Median size of the excess of the logarithm of the light.
+    told
+        +1 where a ridge explains what is seen clearly better than a nick, -1 where a nick does, else 0.
 
     """
 
@@ -67,6 +70,7 @@ class Place:
     below: int
     unmeasured: int
     contrast: float
+    told: int = 0
 
     @property
     def depth_tells(self) -> bool:
@@ -75,7 +79,9 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing."""
+        """+1 where material is too much, -1 where it is missing: as told, else by what hides more."""
+        if self.told:
+            return self.told
         return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
 
 
@@ -95,7 +101,7 @@ def disturbed(
 
     Notes
     -----
-    O(cells · widest_mm / cell).
+    O(cells · widest_mm / cell), and a tenth of a second for the side of each place.
 
     """
     surface = unrolled(axis, generatrix, sight.rig)
@@ -106,7 +112,8 @@ def disturbed(
     gap = max(round(0.5 * widest_mm / surface.step_mm), 2)
     half = max(round(2.7 * widest_mm / surface.step_mm), 4 * gap)
     with np.errstate(divide="ignore"):
-        rest, predicted, scatter = excess(np.log(light), known, half=half, gap=gap)
+        brightness = np.where(known, np.log(light), np.nan)
+    rest, predicted, scatter = excess(brightness, known, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
     calm = row_sigma(np.where(measured & surface.open, deviation, np.nan), least=_LEAST_SCATTER_MM)
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm[:, None])
@@ -114,7 +121,12 @@ def disturbed(
     strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
     places = [_place(cells, hole, deviation, rest) for cells in found]
-    return surface, [one for one in places if one.depth_tells or one.contrast >= _LONE_CONTRAST]
+    looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
+    return surface, [
+        replace(one, told=side_of(one.cells, looks, surface, axis, sight.rig, widest_mm=widest_mm))
+        for one in places
+        if one.depth_tells or one.contrast >= _LONE_CONTRAST
+    ]
 
 
 def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:

@@ -1,0 +1,202 @@
+"""Does something stand there, or is it missing? A ridge and a nick are laid beside what the scan saw.
+
+Both are dark on metal, and both show depths above and below the surface, for light bounces: a ridge's flank
+mirrors the wheel beside it, a nick's walls mirror each other. What tells them apart is which flank is bright,
+where light comes from that bounced, and what hides what: :mod:`burrscan.burrs.light.section` has all of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy import ndimage
+
+from burrscan.arrays import Bools, Floats, freeze
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
+from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.inspection import Axis
+from burrscan.rig import Rig
+
+_BESIDE_MM = 2.0
+"""What is compared reaches so far beyond the place: there the light of its flanks is mirrored."""
+_CENTRES = 9
+"""Places of the burr that are tried, over the width of what is disturbed: about a cell apart."""
+_NARROWEST = 1.5
+"""Cells: the narrowest burr that is tried, to the widest that is looked for."""
+_WIDTHS = 6
+"""Tried, each about a third wider than the last."""
+_ASPECTS = np.geomspace(0.12, 1.2, 8)
+"""Heights over widths that are tried: flanks of 13 to 67 degrees."""
+_ROUGHER_DEG = (0.0, 10.0, 25.0)
+"""Widenings of the flanks' lobe: as the wheel, as what was torn or cut coarsely, and nearly matt."""
+_LIGHT_SIGMA = 1.0
+"""Error of the model's logarithm of light: flanks are no planes, and third bounces are left out."""
+_DEPTH_SIGMA = 0.6
+"""Error of the model's depth, in cells: a pixel sees that much to both sides of an edge."""
+_MOST_LIGHT, _MOST_DEPTH = 4.0, 9.0
+"""Squares of deviations are cut off here: what the model cannot show at all says nothing of the side."""
+_DECIDES = 4.0
+"""Difference of the misfits from which they decide: a likelihood ratio of two standard deviations."""
+_SEEN = 0.2
+"""Share of a column with a depth from which that depth counts."""
+
+
+@dataclass(frozen=True)
+class Looks:
+    """What the scan saw of the unrolled surface, each (rows, columns).
+
+    Parameters
+    ----------
+    light, predicted
+        Logarithm of the light, NaN where it is not known, and what its parallel tells of it.
+    deviation_mm
+        Depth off the surface, NaN where nothing was measured.
+
+    """
+
+    light: Floats
+    predicted: Floats
+    deviation_mm: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, light=self.light, predicted=self.predicted, deviation_mm=self.deviation_mm)
+
+
+def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig, *, widest_mm: float) -> int:
+    """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly.
+
+    Only for places that run along the axis. O(hypotheses · columns of the place · bounces), 0.1 s.
+    """
+    rows, columns = np.nonzero(cells)
+    used = np.unique(rows)
+    middle = int(np.median(rows))
+    r = float(surface.r_mm[middle])
+    turn = float(surface.angle[1] - surface.angle[0])
+    across = (int(columns.max()) - int(columns.min()) + 1) * turn * r
+    if across > len(used) * surface.step_mm:
+        return 0
+    beside = int(_BESIDE_MM / (turn * r)) + 1
+    near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
+    T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
+    camera, projector = T_part_camera[:3, 3], (T_part_camera @ np.append(rig.projector_centre_mm, 1.0))[:3]
+    parallel = _medians(looks.predicted[used])
+    tilt = _tilts(surface, middle, camera, projector)
+    lobe = _lobe(tilt, parallel)
+    if lobe is None:
+        return 0
+    measured = np.isfinite(looks.deviation_mm[used, near]).mean(axis=0)
+    at = 0.5 * (surface.angle[columns.max()] + surface.angle[columns.min()])
+    centres = at + np.linspace(-0.5, 0.5, _CENTRES) * across / r
+    widths = np.geomspace(
+        _NARROWEST * surface.step_mm, max(widest_mm, 2.0 * _NARROWEST * surface.step_mm), _WIDTHS
+    )
+    best = np.full(2, np.inf)
+    for rougher in _ROUGHER_DEG:
+        lobes, bounces = _materials(lobe, rougher)
+        misfits = _misfits(
+            surface.angle[near],
+            _medians(looks.light[used, near]),
+            _medians(looks.deviation_mm[used, near]),
+            np.where(measured > _SEEN, measured, 0.0),
+            r,
+            centres,
+            widths,
+            _ASPECTS,
+            lobes,
+            bounces,
+            0.5 * float(lobe.min()),
+            camera[:2].copy(),
+            projector[:2].copy(),
+            _DEPTH_SIGMA * surface.step_mm,
+        )
+        best = np.minimum(best, misfits)
+    nick_worse = float(best[1] - best[0])
+    return 0 if abs(nick_worse) < _DECIDES else int(np.sign(nick_worse))
+
+
+def _medians(values: Floats) -> Floats:
+    """(columns,) medians of the rows that know a column; NaN where none does."""
+    known = np.isfinite(values).any(axis=0)
+    medians = np.full(values.shape[1], np.nan)
+    medians[known] = np.nanmedian(values[:, known], axis=0)
+    return medians
+
+
+def _tilts(surface: Unrolled, row: int, camera: Floats, projector: Floats) -> Floats:
+    """(columns,) angles, degrees, from the half-way direction to the normal of a row, square to the axis."""
+    angle, r, z = surface.angle, float(surface.r_mm[row]), float(surface.z_mm[row])
+    points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(angle.shape, z)], axis=-1)
+    towards = [centre - points for centre in (camera, projector)]
+    half = sum(one / np.linalg.norm(one, axis=-1, keepdims=True) for one in towards)
+    turn = angle - np.arctan2(half[:, 1], half[:, 0])
+    return np.asarray(np.degrees((turn + np.pi) % (2.0 * np.pi) - np.pi))
+
+
+def _lobe(tilt: Floats, brightness: Floats) -> Floats | None:
+    """(181,) light over the tilt: what is not seen on one side is as on the other, beyond both as at the end.
+
+    None where nothing is known.
+    """
+    known = np.isfinite(brightness)
+    if not known.any():
+        return None
+    order = np.argsort(tilt[known])
+    table = np.interp(TILTS_DEG, tilt[known][order], brightness[known][order], left=np.nan, right=np.nan)
+    table = np.where(np.isfinite(table), table, table[::-1])
+    there = np.isfinite(table)
+    return np.exp(np.interp(TILTS_DEG, TILTS_DEG[there], table[there])) if there.any() else None
+
+
+def _materials(lobe: Floats, rougher_deg: float) -> tuple[Floats, Floats]:
+    """Lobes (2, 181) and shares of bounces (2, 21) of the wheel and of flanks that are so much rougher."""
+    mirrored = np.interp(BOUNCE_TILTS_DEG, TILTS_DEG, lobe)
+    # what does not change with the tilt is diffuse, and mirrors nothing
+    mirrored = np.maximum(mirrored - lobe.min(), 1e-9 * lobe.max())
+    flank, bounced = lobe, mirrored
+    if rougher_deg > 0.0:
+        flank = ndimage.gaussian_filter1d(lobe, rougher_deg / (TILTS_DEG[1] - TILTS_DEG[0]), mode="nearest")
+        cells = rougher_deg / (BOUNCE_TILTS_DEG[1] - BOUNCE_TILTS_DEG[0])
+        bounced = ndimage.gaussian_filter1d(mirrored, cells, mode="constant")
+    return np.stack([lobe, flank]), np.stack([mirrored / mirrored.sum(), bounced / bounced.sum()])
+
+
+@njit(cache=True, nogil=True)
+def _misfits(
+    angles: Floats,
+    light: Floats,
+    deviation: Floats,
+    measured: Floats,
+    r: float,
+    centres: Floats,
+    widths: Floats,
+    aspects: Floats,
+    lobes: Floats,
+    bounces: Floats,
+    floor: float,
+    camera: Floats,
+    projector: Floats,
+    depth_sigma: float,
+) -> Floats:
+    """Sum of squares of the best ridge and of the best nick."""
+    best = np.full(2, np.inf)
+    for centre in centres:
+        for width in widths:
+            for aspect in aspects:
+                for nick in range(2):
+                    burr = shaped(r, centre, width, (1 - 2 * nick) * aspect * width)
+                    misfit = 0.0
+                    for j in range(angles.size):
+                        shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
+                        if np.isfinite(light[j]):
+                            z = (np.log(shone + floor) - light[j]) / _LIGHT_SIGMA
+                            misfit += min(z * z, _MOST_LIGHT)
+                        if measured[j] > 0.0 and shone > 0.0:
+                            z = (depth - deviation[j]) / np.hypot(depth_sigma, spread)
+                            misfit += measured[j] * min(z * z, _MOST_DEPTH)
+                        if misfit >= best[nick]:
+                            break
+                    best[nick] = min(best[nick], misfit)
+    return best
