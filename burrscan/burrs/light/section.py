@@ -20,6 +20,10 @@ BOUNCE_TILTS_DEG = np.arange(-40.0, 41.0, 4.0)
 """Tilts of the micro-facets that a mirrored ray is followed for; lobes of metals end before."""
 _REFLECTANCE = 0.8
 """Of a metal, for the second bounce: iron 0.6, aluminium 0.9; the logarithm of the light hardly notices."""
+_LIGHT_SIGMA = 1.0
+"""Error of the model's logarithm of light: flanks are no planes, and third bounces are left out."""
+_MOST_LIGHT, _MOST_DEPTH = 4.0, 9.0
+"""Squares of deviations are cut off here: what the model cannot show at all says nothing of the side."""
 _OFF_MM = 1e-3
 """A ray starts so far off its surface, not to meet it again."""
 
@@ -162,3 +166,64 @@ def shaped(radius: float, angle: float, width: float, height: float) -> Floats:
         r, a = radius + height * (k == 1), angle + (k - 1) * half
         burr[3 + 2 * k], burr[4 + 2 * k] = r * np.cos(a), r * np.sin(a)
     return burr
+
+
+@njit(cache=True, nogil=True)
+def misfits(
+    angles: Floats,
+    light: Floats,
+    deviation: Floats,
+    measured: Floats,
+    r: float,
+    centres: Floats,
+    widths: Floats,
+    aspects: Floats,
+    lobes: Floats,
+    bounces: Floats,
+    floor: float,
+    camera: Floats,
+    projector: Floats,
+    depth_sigma: float,
+) -> Floats:
+    """Misfits of the best ridge and of the best nick, (2,): sums of squares in standard deviations.
+
+    Parameters
+    ----------
+    angles, light, deviation, measured
+        (columns,) cells across the burr, the logarithm of their light, their depth, mm, each NaN where it is
+        not known, and the share of the rows that know the depth.
+    r
+        Radius of the circle, mm.
+    centres, widths, aspects
+        Angles, mm, and heights over widths that are tried.
+    lobes, bounces, camera, projector
+        As of :func:`seen`.
+    floor
+        Light that is everywhere.
+    depth_sigma
+        Error of the model's depth, mm.
+
+    Notes
+    -----
+    In the file of what it calls: numba's cache does not notice when a kernel of another file changes.
+
+    """
+    best = np.full(2, np.inf)
+    for centre in centres:
+        for width in widths:
+            for aspect in aspects:
+                for nick in range(2):
+                    burr = shaped(r, centre, width, (1 - 2 * nick) * aspect * width)
+                    misfit = 0.0
+                    for j in range(angles.size):
+                        shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
+                        if np.isfinite(light[j]):
+                            z = (np.log(shone + floor) - light[j]) / _LIGHT_SIGMA
+                            misfit += min(z * z, _MOST_LIGHT)
+                        if measured[j] > 0.0 and shone > 0.0:
+                            z = (depth - deviation[j]) / np.hypot(depth_sigma, spread)
+                            misfit += measured[j] * min(z * z, _MOST_DEPTH)
+                        if misfit >= best[nick]:
+                            break
+                    best[nick] = min(best[nick], misfit)
+    return best

@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, freeze
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Axis
 from burrscan.rig import Rig
@@ -32,12 +31,8 @@ _ASPECTS = np.geomspace(0.12, 1.2, 8)
 """Heights over widths that are tried: flanks of 13 to 67 degrees."""
 _ROUGHER_DEG = (0.0, 10.0, 25.0)
 """Widenings of the flanks' lobe: as the wheel, as what was torn or cut coarsely, and nearly matt."""
-_LIGHT_SIGMA = 1.0
-"""Error of the model's logarithm of light: flanks are no planes, and third bounces are left out."""
 _DEPTH_SIGMA = 0.6
 """Error of the model's depth, in cells: a pixel sees that much to both sides of an edge."""
-_MOST_LIGHT, _MOST_DEPTH = 4.0, 9.0
-"""Squares of deviations are cut off here: what the model cannot show at all says nothing of the side."""
 _DECIDES = 4.0
 """Difference of the misfits from which they decide: a likelihood ratio of two standard deviations."""
 _SEEN = 0.2
@@ -96,7 +91,7 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig,
     best = np.full(2, np.inf)
     for rougher in _ROUGHER_DEG:
         lobes, bounces = _materials(lobe, rougher)
-        misfits = _misfits(
+        tried = misfits(
             surface.angle[near],
             _medians(looks.light[used, near]),
             _medians(looks.deviation_mm[used, near]),
@@ -112,7 +107,7 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig,
             projector[:2].copy(),
             _DEPTH_SIGMA * surface.step_mm,
         )
-        best = np.minimum(best, misfits)
+        best = np.minimum(best, tried)
     nick_worse = float(best[1] - best[0])
     return 0 if abs(nick_worse) < _DECIDES else int(np.sign(nick_worse))
 
@@ -161,42 +156,3 @@ def _materials(lobe: Floats, rougher_deg: float) -> tuple[Floats, Floats]:
         cells = rougher_deg / (BOUNCE_TILTS_DEG[1] - BOUNCE_TILTS_DEG[0])
         bounced = ndimage.gaussian_filter1d(mirrored, cells, mode="constant")
     return np.stack([lobe, flank]), np.stack([mirrored / mirrored.sum(), bounced / bounced.sum()])
-
-
-@njit(cache=True, nogil=True)
-def _misfits(
-    angles: Floats,
-    light: Floats,
-    deviation: Floats,
-    measured: Floats,
-    r: float,
-    centres: Floats,
-    widths: Floats,
-    aspects: Floats,
-    lobes: Floats,
-    bounces: Floats,
-    floor: float,
-    camera: Floats,
-    projector: Floats,
-    depth_sigma: float,
-) -> Floats:
-    """Sum of squares of the best ridge and of the best nick."""
-    best = np.full(2, np.inf)
-    for centre in centres:
-        for width in widths:
-            for aspect in aspects:
-                for nick in range(2):
-                    burr = shaped(r, centre, width, (1 - 2 * nick) * aspect * width)
-                    misfit = 0.0
-                    for j in range(angles.size):
-                        shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
-                        if np.isfinite(light[j]):
-                            z = (np.log(shone + floor) - light[j]) / _LIGHT_SIGMA
-                            misfit += min(z * z, _MOST_LIGHT)
-                        if measured[j] > 0.0 and shone > 0.0:
-                            z = (depth - deviation[j]) / np.hypot(depth_sigma, spread)
-                            misfit += measured[j] * min(z * z, _MOST_DEPTH)
-                        if misfit >= best[nick]:
-                            break
-                    best[nick] = min(best[nick], misfit)
-    return best
