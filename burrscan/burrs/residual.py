@@ -120,19 +120,25 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
 def _told_by_light(
     certain: list[_Certain], places: list[Place], surface: Unrolled
 ) -> tuple[list[_Certain], list[Place]]:
-    """The burrs less those of another side than the light tells, and places with no burr left."""
-    dark = []
+    """The burrs less those of another side than the light tells, and places with no burr left.
+
+    The largest place speaks first: what lies beside a burr that it confirmed is that burr's mirror image.
+    """
+    open_, confirmed, dark = list(certain), [], []
     for place in places:
-        here = [belongs(one.burr, place, surface) for one in certain]
-        same = [(one.burr.side == "protrusion") == (place.side > 0) for one in certain]
-        if not any(a and b for a, b in zip(here, same, strict=True)):
-            dark.append(place)
-        certain = [
-            one._replace(burr=doubted(one.burr, place, surface)) if a else one
-            for one, a, b in zip(certain, here, same, strict=True)
-            if b or not a
+        if any(belongs(one.burr, place, surface) for one in confirmed):
+            continue
+        here = [belongs(one.burr, place, surface) for one in open_]
+        same = [
+            one
+            for one, near in zip(open_, here, strict=True)
+            if near and (one.burr.side == "protrusion") == (place.side > 0)
         ]
-    return certain, dark
+        open_ = [one for one, near in zip(open_, here, strict=True) if not near]
+        confirmed += [one._replace(burr=doubted(one.burr, place, surface)) for one in same]
+        if not same:
+            dark.append(place)
+    return open_ + confirmed, dark
 
 
 def _less_sure(burr: Burr, shared_mm: float) -> Burr:

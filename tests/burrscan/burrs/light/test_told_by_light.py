@@ -113,3 +113,17 @@ def test_the_most_significant_comes_first_whatever_told_it() -> None:
     told = [burr.significance for burr in burrs_of(scene, seen=True)]
     assert len(told) == 2
     assert told == sorted(told, reverse=True)
+
+
+def test_a_small_place_beside_a_burr_that_a_large_one_confirmed_takes_nothing_from_it() -> None:
+    """A ridge's mirror image beside it: fewer cells, below the surface, and near enough to belong to it."""
+    scene = Scene()
+    scene.log_light[scene.band(20.0, 3.0, -15.0, 12.0)] -= 1.1
+    scene.lift_mm[scene.band(20.0, 3.0, -15.0, 12.0)] += 0.8
+    beside = scene.band(24.2, 1.6, -8.0, 8.0)
+    scene.log_light[beside] += 0.9
+    scene.lift_mm[beside] -= 0.5
+    (alone,) = burrs_of(scene, seen=False)[:1]
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.side == alone.side == "protrusion"
+    assert burr.length_mm.value == pytest.approx(27.0, abs=3.0)
