@@ -45,6 +45,8 @@ class MadeUpLab(Lab):
                 "outline_zr_mm": profile,
                 "frames": np.asarray(30.0),
                 "exposure_ms": np.asarray(5.0),
+                "shown_ms": np.asarray(800.0),
+                "computed_s": np.asarray(0.5),
                 "full_dn": np.asarray(FULL_DN),
             }
         )
