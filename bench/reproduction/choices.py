@@ -49,8 +49,8 @@ def measure(lab: Lab) -> Numbers:
     truth = angles_of(scan.direction)
     count = lab.repeats(FRAMES)
     # the charitable reading is hardly ever wrong: what the literal one finds is tested too
-    found = [axis for name in ("seed", "seed_literal") for axis in found_in_frames(scan, METHODS[name], "
-    "count)]
+    readings = ("seed", "seed_literal")
+    found = [axis for name in readings for axis in found_in_frames(scan, METHODS[name], count)]
     tests = [sectioned(scan.vertices_mm, scan.faces, angles_of(one), seed=7) for one in found]
     noisy = along_rays(scan.vertices_mm, PAPER_MM)
     rounds = [

@@ -60,8 +60,8 @@ def draw(n: Numbers) -> Section:
             Claim("1", "the scanner can deliver its data on the fly", "on the fly",
                   f"{total['seed']:.1f} s to a mesh; single frame {total['single_shot']:.1f} s",
                   f"{total['adaptive']:.1f} s", "yes" if total["seed"] < ONLINE_S else "no",
-                  f"below {ONLINE_S:g} s would be. The exposures decide, of up to 200 ms: the wheel's "
-                  "light spans four decades. The paper has no figure; its single-frame forerunner [11] is what it "
+                  f"below {ONLINE_S:g} s would be. The exposures decide, of up to 200 ms: the wheel's light "
+                  "spans four decades. The paper has no figure; its single-frame forerunner [11] is what it "
                   "calls real-time"),
         ),
         tables=(Table(("scan", "measured", "median distance", "over 1 mm off", "pictures", "they last",
