@@ -41,6 +41,7 @@ def draw(n: Numbers) -> Section:
     total = {
         name: of[_SHOWN] + of[_COMPUTED] for name, of in zip(SCANS, (seed, single, default), strict=True)
     }
+    at_once = 1e-3 * FRAME_MS * float(seed[_FRAMES])
     finer = seed[_MEDIAN] < single[_MEDIAN] and seed[_COVERED] > single[_COVERED]
     return Section(
         title="Many pictures, one picture, and latency",
@@ -59,10 +60,11 @@ def draw(n: Numbers) -> Section:
                   "our single frame is after the idea of [11], not its code"),
             Claim("1", "the scanner can deliver its data on the fly", "on the fly",
                   f"{total['seed']:.1f} s to a mesh; single frame {total['single_shot']:.1f} s",
-                  f"{total['adaptive']:.1f} s", "yes" if total["seed"] < ONLINE_S else "no",
-                  f"below {ONLINE_S:g} s would be. The exposures decide, of up to 200 ms: the wheel's light "
-                  "spans four decades. The paper has no figure; its single-frame forerunner [11] is what it "
-                  "calls real-time"),
+                  f"{total['adaptive']:.1f} s",
+                  "yes" if total["seed"] < ONLINE_S else "partly" if at_once < 1.0 else "no",
+                  f"below {ONLINE_S:g} s would be. Exposures of up to 200 ms decide; with light for "
+                  f"{FRAME_MS:.0f} ms each, the seed's pictures would last {at_once:.2f} s. The paper has no "
+                  "figure; its single-frame forerunner [11] is what it calls real-time"),
         ),
         tables=(Table(("scan", "measured", "median distance", "over 1 mm off", "pictures", "they last",
                        "computing"), rows, "Median (least to largest) of the views"),),
