@@ -132,7 +132,11 @@ def draw(n: Numbers) -> Section:
                 f"{_words(seed[2])} against {_words(qian[2])}",
                 _words(best[0]),
                 "yes" if all(wins) else "partly" if any(wins) else "no",
-                "" if any(wins) else "both are of the order of what a tilt does to a circle on a short arc",
+                ""
+                if all(wins)
+                else f"without noise {'it is' if wins[0] else 'it is not'}, with noise "
+                f"{'it is' if wins[1] else 'it is not'}; one draw of noise: only the seed, whose starts are "
+                "a grid in the frame, varies between frames",
             ),
             Claim(
                 "1",
