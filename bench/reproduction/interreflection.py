@@ -44,7 +44,7 @@ def draw(n: Numbers) -> Section:
         measured="The same scenes traced with light of up to three surfaces and of one only. Wrong pixels of "
         f"the seed's scan (median of {len(VIEWS_DEG)} views): "
         + "; ".join(f"{name} {_wrong(medians['seed'][name])}" for name in PAIRS)
-        + ". The default drops pixels that two rounds read differently.",
+        + ".",
         claims=(
             Claim("2", "interreflection makes artefacts in codes with sines", "washed out in an area",
                   *both(lambda v: _both(medians[v])),
