@@ -17,9 +17,11 @@ from burrscan.axis.sections import fit_circles, sections, turned_to_z
 DRAWS = 20
 """Orientations about the true one, each with RANSAC samples and noise of its own."""
 ASKEW_DEG = 1.0
+"""What the axis search leaves: sections are never cut quite squarely."""
 KEPT = (1.0, 0.1, 0.02)
 """Shares of the triangles: the mean corner stands for triangles that are small."""
 NOISES_MM = (0.0, PAPER_MM)
+"""As our scans are, and as the paper's were."""
 
 
 def crossed(vertices_mm: Floats, faces: Ints32, turn: Floats, planes: int) -> tuple[Floats, Ints]:

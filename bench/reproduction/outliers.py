@@ -21,6 +21,7 @@ SHARES = (0.0, 0.01, 0.03, 0.1)
 REACHES_MM = (3.0, 30.0)
 """Standard deviation along the camera's ray: as of a burr, and as of a wrong column."""
 FRAMES = 20
+"""Random frames of each condition: the least from which the page tells a spread."""
 BORNE_DEG = 5.0
 """Within it the descent still ended in the right basin."""
 METHODS: dict[str, Method] = {

@@ -27,6 +27,7 @@ SCENES: dict[str, tuple[str, dict[str, float]]] = {
 }
 """Name on the page to scene of the catalogue (:data:`PLANE` where empty) and what its pose is changed to."""
 _DIRECT = {"render": {"bounces": 1}}
+"""Light of the first surface only."""
 _HUB = {"wheel": "stepped_hub", "burr": []}
 TABLES: dict[str, dict[str, Any]] = {
     "direct": _DIRECT,

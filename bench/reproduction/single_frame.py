@@ -19,6 +19,7 @@ SCANS = {
 ONLINE_S = 0.1
 """Of a robot that follows what it sees: ten looks a second, the slowest that visual servoing is used with."""
 _COVERED, _MEDIAN, _FAR, _FRAMES, _SHOWN, _COMPUTED = range(6)
+"""Columns of a view's numbers."""
 
 
 def measure(lab: Lab) -> Numbers:

@@ -12,6 +12,7 @@ from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats
 
 FRAMES = 40
+"""Random frames: the paper's own is not known."""
 STEPS_DEG = (30.0, 10.0)
 """The two discretisation steps of the paper's descent: slopes are taken over these."""
 ALIKE = 2.0
