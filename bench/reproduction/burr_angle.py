@@ -127,8 +127,8 @@ def draw(n: Numbers) -> Section:
         claims=(
             Claim("4, figure 7", "the rays all indicate the burr", "all",
                   *both(lambda v: _shares(n, v)), _verdict_rays(n),
-                  "about an axis in another basin no ray can; about the true axis "
-                  f"{_right(n, f'seed_{_TRUE}')} do"),
+                  "the scan holds the burr in part only, and an axis some degrees off leaves larger "
+                  f"distances elsewhere; about the true axis {_right(n, f'seed_{_TRUE}')} do"),
             Claim("4, figure 8", "the mean of the agreeing angles is the burr's", "right to the eye",
                   *both(lambda v: _angles(n, v)), _verdict_angle(n),
                   f"about the true axis it is off by {_error(n, f'seed_{_TRUE}'):.2f}° (seed)"),

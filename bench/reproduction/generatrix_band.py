@@ -138,7 +138,8 @@ def draw(n: Numbers) -> Section:
                 "5.2, figure 11",
                 "distances are almost constant along the angle",
                 "as expected",
-                f"axis {number(n, 'seed_off'):.0f}° off: not",
+                f"axis {number(n, 'seed_off'):.0f}° off: "
+                + ("not" if number(n, "seed_off") > 5.0 else "almost constant"),
                 f"axis {number(n, 'default_off'):.2g}° off: constant",
                 "partly" if number(n, "seed_off") > 5.0 else "yes",
                 "" if number(n, "seed_off") <= 5.0 else "needs the right axis",

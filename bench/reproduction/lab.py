@@ -74,7 +74,7 @@ class Lab:
         source = source_of(Path(str(module.__file__)))
         return self.kept(name, lambda: cast(Numbers, module.measure(self)), also=source)
 
-    def scan(self, scene: str, method: str, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
+    def scan(self, scene: str, method: str, /, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
         """One scan of a scene of the page (:mod:`bench.reproduction.scenery`) by a strategy."""
         document = paper_scene(scene, scale=self.scale, spin_deg=spin_deg)
         key = f"scan-{scene}-{method}-{content_hash(document, parameters)}"

@@ -10,18 +10,33 @@ from bench.reproduction.drawing import heat, heat_gradient, spot
 from bench.reproduction.lab import PIPELINES
 from bench.reproduction.landscapes import MEASURES, RIGHT_DEG, measure
 from bench.reproduction.noise import PAPER_MM
-from bench.reproduction.parts import Claim, Numbers, Picture, Section, Table, Variant, both, number, verdict
+from bench.reproduction.orientation import WHOLE
+from bench.reproduction.parts import (
+    Claim,
+    Numbers,
+    Picture,
+    Section,
+    Table,
+    Variant,
+    Verdict,
+    both,
+    number,
+    verdict,
+)
 
 __all__ = ["draw", "measure"]
 
 CLOSE = 0.1
 """A second minimum within this share of the landscape's height looks like the first in a plot."""
+EYE_DEG = 10.0
+"""The paper's finer step: in a plot over 180° an orientation within it looks right."""
 SHOWN = ("bounding_box", "circle_distance")
 SCANS = {"seed": "seed scan", "default": "default scan", "noisy": "default scan + 1 mm"}
 TITLES = {
     "bounding_box": "smallest bounding box of the centres, mm²",
     "max_centre_distance": "longest side of that box, mm",
     "circle_distance": "mean distance to the circles, mm",
+    WHOLE: "the same with outliers' whole distances, mm",
     "meridian": "default: normals that miss the axis, 0 to 1",
 }
 
@@ -119,6 +134,12 @@ def _ours(n: Numbers, scan: str, name: str) -> str:
     )
 
 
+def _right(n: Numbers, name: str) -> Verdict:
+    """Yes where the best orientation is right, partly where it is right to the eye."""
+    off = max(float(n[f"{v}_{name}_errors_deg"][0]) for v in PIPELINES)
+    return "yes" if off < RIGHT_DEG else "partly" if off < EYE_DEG else "no"
+
+
 def _claims(n: Numbers) -> tuple[Claim, ...]:
     box, circle = SHOWN
     right = {name: [n[f"{v}_{name}_errors_deg"][0] < RIGHT_DEG for v in PIPELINES] for name in SHOWN}
@@ -129,17 +150,18 @@ def _claims(n: Numbers) -> tuple[Claim, ...]:
         f"with the paper's {PAPER_MM:g} mm of noise {apart['noisy', box]:.2g} (box) and "
         f"{apart['noisy', circle]:.2g} (distances)"
     )
-    strays = "rejected points still count in the mean, so strays and sections through two radii spoil it"
+    strays = "f is flat about its minimum: within a few degrees a circle fits the arc that is seen as well"
     return (
         Claim("5.1, figure 10", "bounding box: the best orientation is the right one", "right",
-              *both(lambda v: _ours(n, v, box)), verdict(right[box]),
-              "" if all(right[box]) else f"the second minimum stands {apart['seed', box]:.2g} of the plot's "
-              "height above the best: which of them is lowest is chance"),
+              *both(lambda v: _ours(n, v, box)), _right(n, box),
+              "" if all(right[box]) else f"within {RIGHT_DEG:g}° is right, within the paper's finer step of "
+              f"{EYE_DEG:g}° right to the eye. The second minimum stands {apart['seed', box]:.2g} of the "
+              "plot's height above the best: which of them is lowest is chance"),
         Claim("5.1, figure 10", "bounding box: local minima almost compete", "slightly worse",
               *both(lambda v: f"(second − best) / (median − best) = {apart[v, box]:.2g}"), verdict(close),
               f"below {CLOSE:g} of the plot's height counts as almost competing; {noisy}"),
         Claim("5.1, figure 10", "distances to circles: the best orientation is the right one", "right",
-              *both(lambda v: _ours(n, v, circle)), verdict(right[circle]),
+              *both(lambda v: _ours(n, v, circle)), _right(n, circle),
               "" if all(right[circle]) else strays),
         Claim("5.1, figure 10", "distances to circles: minimum more pronounced than with the box", "more",
               *both(lambda v: f"{apart[v, circle]:.2g} against {apart[v, box]:.2g}"), verdict(clearer),

@@ -10,7 +10,7 @@ import numpy as np
 from bench.reproduction.lab import Lab
 from bench.reproduction.minima import Objective, bottoms, grid_of, minima_of
 from bench.reproduction.noise import PAPER_MM, along_rays
-from bench.reproduction.orientation import angles_of, direction_of, sectioned
+from bench.reproduction.orientation import WHOLE, angles_of, direction_of, sectioned
 from bench.reproduction.parts import Numbers
 from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats, Ints32
@@ -18,7 +18,7 @@ from burrscan.axis.fitting.starts import WIDTH, angle_cost
 from burrscan.axis.points.cloud import canonical_cloud, voxel_moments
 from burrscan.axis.points.surfels import Surfels, surfels_of
 
-MEASURES = ("bounding_box", "max_centre_distance", "circle_distance")
+MEASURES = ("bounding_box", "max_centre_distance", "circle_distance", WHOLE)
 RIGHT_DEG = 2.0
 """Within it the best orientation counts as the right one."""
 _PER_DRAW = ("count", "at_truth", "contrast", "grid_contrast")
@@ -27,7 +27,7 @@ DRAWS = 20
 
 
 def landscapes(vertices_mm: Floats, faces: Ints32, grid: Floats) -> dict[str, Floats]:
-    """The paper's three measures at every orientation of a grid, from the same circles."""
+    """The paper's measures at every orientation of a grid, from the same circles."""
     found = [sectioned(vertices_mm, faces, angles) for angles in grid]
     return {name: np.array([one.quality(name) for one in found]) for name in MEASURES}
 

@@ -15,6 +15,9 @@ PLANES = 10
 TOLERANCE_MM = 1.0
 """The paper's, of RANSAC's circles (section 3.2)."""
 
+WHOLE = "whole_distance"
+"""The distances to the circles, with outliers not cut off at the tolerance."""
+
 
 @dataclass(frozen=True)
 class Sectioned:
@@ -39,7 +42,9 @@ class Sectioned:
     circles: Floats
 
     def quality(self, measure: str = "circle_distance") -> float:
-        """The paper's f, by one of its three measures (section 5.1)."""
+        """The paper's f, by one of its three measures (section 5.1), or with outliers' whole distances."""
+        if measure == WHOLE:
+            return quality_of(self.circles, "circle_distance", outliers="distance")
         return quality_of(self.circles, measure)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.reproduction.clocked import Clocked
 from bench.reproduction.parts import Numbers
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats, Ints32
@@ -30,7 +32,8 @@ class Scanned:
     arrays
         ``vertices_mm``, ``faces``, ``sigma_mm``, ``pixels``, ``points_mm``, ``white``, ``image``,
         ``saturated``, ``u_error_px``, ``u_response_px``, ``measurable``, ``on_burr``,
-        ``T_part_camera``, ``outline_zr_mm``, ``true_points_mm``, ``frames``, ``exposure_ms``, ``full_dn``.
+        ``T_part_camera``, ``outline_zr_mm``, ``true_points_mm``, ``frames``, ``exposure_ms``, ``full_dn``,
+        ``shown_ms`` and ``computed_s``: how long its pictures last, processor time of scan and mesh.
 
     """
 
@@ -80,6 +83,12 @@ class Scanned:
         right = np.abs(self.arrays["u_error_px"]) <= 1.0
         return float((right & measurable).sum() / max(measurable.sum(), 1))
 
+    def u_rms_px(self) -> float:
+        """Root mean square of the columns' errors where they are within a projector pixel."""
+        error = self.arrays["u_error_px"]
+        near = error[np.abs(error) <= 1.0].astype(float)
+        return float(np.sqrt(np.mean(near**2))) if len(near) else float("nan")
+
     def wrong(self) -> float:
         """Share of the accepted pixels that are more than a projector pixel off."""
         error = self.arrays["u_error_px"]
@@ -108,9 +117,11 @@ def _simulation(document: Mapping[str, Any]) -> Simulation:
 def scanned(document: Mapping[str, Any], stage: Stage) -> Numbers:
     """The arrays of a scan of a scene by a strategy."""
     simulation = _simulation(document)
-    scanner = simulation.scanner()
+    scanner = Clocked(simulation.scanner())
+    start = time.process_time()
     scan = stage_function(stage, "scan")(scanner)
     mesh = surface(scan.correspondence, scanner.rig, radiance=scan.radiance)
+    computed_s = time.process_time() - start - scanner.rendering_s
     truth = simulation.truth
     return {
         "vertices_mm": mesh.vertices_mm,
@@ -132,6 +143,8 @@ def scanned(document: Mapping[str, Any], stage: Stage) -> Numbers:
         "true_points_mm": truth.points_mm.astype(np.float32),
         "frames": np.asarray(scan.frames),
         "exposure_ms": np.asarray(scan.exposures_ms[0]),
+        "shown_ms": np.asarray(scanner.shown_ms),
+        "computed_s": np.asarray(computed_s),
         "full_dn": np.asarray(scanner.camera.saturation_dn),
         **({} if scan.intensity is None else {"intensity": scan.intensity}),
     }

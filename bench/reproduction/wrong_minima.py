@@ -22,7 +22,10 @@ def measure(lab: Lab) -> Numbers:
         for measure_name in REJECTED:
             key = f"{name}_{measure_name}"
             errors, values = known[f"{key}_errors_deg"], known[f"{key}_values"]
-            wrong = int(np.flatnonzero(errors > 2.0)[0])
+            # without any so far off, the farthest
+            wrong = int(
+                np.argmax(errors > landscape.EYE_DEG) if errors.max() > landscape.EYE_DEG else errors.argmax()
+            )
             best = min(float(values[0]), float(known[f"{key}_at_truth"]))
             heights = known[key][np.isfinite(known[key])]
             found[f"{key}_height"] = np.asarray((float(values[wrong]) - best) / (np.median(heights) - best))
@@ -30,18 +33,20 @@ def measure(lab: Lab) -> Numbers:
             found[f"{key}_value"] = values[wrong]
             found[f"{key}_at_truth"] = known[f"{key}_at_truth"]
             found[f"{key}_first"] = np.asarray(float(wrong == 0))
+            found[f"{key}_best_off"] = errors[0]
     return found
 
 
 def draw(n: Numbers) -> Section:
     """The meshes turned to the wrong minima."""
     longest = [number(n, f"{v}_max_centre_distance_first") > 0 for v in SIDES]
+    off = [number(n, f"{v}_max_centre_distance_best_off") for v in SIDES]
     competing = [number(n, f"{v}_bounding_box_height") < landscape.CLOSE for v in SIDES]
     return Section(
         title="Figure 9: wrong minima of the rejected measures",
         reports="The bounding box of the centres is small at wrong orientations too; its longest side even "
         "has its best value at a wrong one, where the centres are collinear along the orientation.",
-        measured="The pictures show the best orientation more than 2° off. Box: "
+        measured="The pictures show the best orientation that looks wrong, more than 10° off. Box: "
         + "; ".join(_words(n, v, "bounding_box") for v in SIDES)
         + ". Longest side: " + "; ".join(_words(n, v, "max_centre_distance") for v in SIDES) + ".",
         claims=(
@@ -50,8 +55,9 @@ def draw(n: Numbers) -> Section:
                   "its height above the best, as a share of the landscape's median: the statistic of figure "
                   "10"),
             Claim("5.1, figure 9", "longest side: best at a wrong orientation", "wrong one chosen",
-                  *both(lambda v: _words(n, v, "max_centre_distance")), verdict(longest),
-                  _still_close(n)),
+                  *both(lambda v: _words(n, v, "max_centre_distance")),
+                  "yes" if all(longest) else "partly" if any(longest) or min(off) > 2.0 else "no",
+                  _still_close(n, off)),
         ),
         pictures=tuple(
             picture(n, f"{v}_{key}", f"Wrong minimum of the {title}, {_off(n, v, key)} off", v)
@@ -60,9 +66,12 @@ def draw(n: Numbers) -> Section:
     )  # fmt: skip
 
 
-def _still_close(n: Numbers) -> str:
+def _still_close(n: Numbers, off: list[float]) -> str:
     heights = " and ".join(f"{number(n, f'{v}_max_centre_distance_height'):.2g}" for v in SIDES)
-    return f"its best wrong minimum stands {heights} of the landscape's height above the best (seed, default)"
+    return (
+        f"its best is {off[0]:.1f}° and {off[1]:.1f}° off (seed, default): beside the axis, not far "
+        f"from it; the best of those that look wrong stands {heights} of the landscape's height above it"
+    )
 
 
 def _words(n: Numbers, variant: str, key: str) -> str:

@@ -10,6 +10,7 @@ from numba import njit
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.noise.border import border_spread_mm, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
+from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
@@ -110,11 +111,20 @@ class Field:
 def field_of(
     vertices_mm: Floats, faces: Ints32, axis: Axis, generatrix: Generatrix, *, sigma_mm: Floats | float | None
 ) -> Field:
-    """Compute the residual field; border vertices have a noise class of their own. O(V + T)."""
+    """Compute the residual field; border vertices have a noise class of their own. O(V + T).
+
+    Raises
+    ------
+    InputError
+        Where no vertex lies near the generatrix.
+
+    """
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile.z_mm, profile.r_mm, line)
     valid = foot.valid
+    if not valid.any():
+        raise InputError("no vertex lies near the generatrix: hand over axis and generatrix of this mesh")
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     counts = inner(faces, len(vertices_mm))[valid]

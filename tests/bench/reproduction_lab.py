@@ -19,7 +19,7 @@ FULL_DN = 1023.0
 class MadeUpLab(Lab):
     """Scans of a stepped wheel (a flat ring for the plane) with known truth."""
 
-    def scan(self, scene: str, method: str, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
+    def scan(self, scene: str, method: str, /, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
         seed = zlib.crc32(f"{scene} {method} {spin_deg} {parameters}".encode())
         profile = profile_of("plane" if scene == "plane" else "stepped_wheel")
         made = revolution_scan(profile, shape=SHAPE, sigma_mm=0.05, seed=seed, burrs=(RidgeBurr(),))
@@ -45,6 +45,8 @@ class MadeUpLab(Lab):
                 "outline_zr_mm": profile,
                 "frames": np.asarray(30.0),
                 "exposure_ms": np.asarray(5.0),
+                "shown_ms": np.asarray(800.0),
+                "computed_s": np.asarray(0.5),
                 "full_dn": np.asarray(FULL_DN),
             }
         )

@@ -174,7 +174,7 @@ def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest
     """On made-up scans: the whole page is one file, every claim is judged, what differs has its reason."""
     monkeypatch.setattr(multiview, "SPINS_DEG", {1: (0.0,), 2: (0.0, 90.0)})
     # the slowest of them takes a second a mesh, and has tests of its own
-    monkeypatch.setattr(rivals, "find_axis", lambda vertices, faces, method: find_axis(vertices, faces))  # noqa: ARG005
+    monkeypatch.setattr(rivals, "find_axis", lambda vertices, faces, **_: find_axis(vertices, faces))
     lab = MadeUpLab(tmp_path / "work", quick=True, code="made up")
     text = build_paper(lab, tmp_path / "page.html").read_text("utf-8")
     assert not re.search(r'(?:src|href)="(?!data:|#)', text)

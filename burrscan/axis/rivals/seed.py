@@ -9,8 +9,8 @@ Common to both, as the paper has it:
 - A triangle counts as intersected when the mean of its corners' layers is not an integer, so one that spans
   three layers evenly is missed; its mean corner stands for the intersection.
 - Five RANSAC rounds per circle ("5 RANSAC iterations will do").
-- Distances of all intersection points of a circle count in f, the rejected ones too: section 4 reads the
-  burr's.
+- Rejected intersection points count in f too: section 4 reads the burr's distances. In the charitable
+  reading each counts as the tolerance that it was rejected by, in the literal one with all of its distance.
 - Steps are taken in (θ, φ) as if they were a plane, with s = Δθ / |∇f|; the paper's formula is garbled in
   print.
 - The location is the centre nearest to the other centres after RANSAC, not their mean.
@@ -40,7 +40,9 @@ Quality = Literal["circle_distance", "bounding_box", "max_centre_distance"]
 Sampling = Literal["even", "uniform", "naive"]
 Gradient = Literal["central", "forward"]
 Mean = Literal["points", "circles"]
+Outliers = Literal["tolerance", "distance"]
 Draws = Literal["same", "fresh"]
+Halving = Literal["run", "gradient"]
 Descent = Literal["steepest", "levenberg_marquardt"]
 _KNOWN: dict[str, tuple[str, ...]] = {
     "quality": ("circle_distance", "bounding_box", "max_centre_distance"),
@@ -48,7 +50,9 @@ _KNOWN: dict[str, tuple[str, ...]] = {
     "descent": ("steepest", "levenberg_marquardt"),
     "gradient": tuple(GRADIENTS),
     "mean": ("points", "circles"),
+    "outliers": ("tolerance", "distance"),
     "draws": ("same", "fresh"),
+    "halving": ("run", "gradient"),
 }
 
 
@@ -68,7 +72,7 @@ def orientation_grid(n: int, sampling: str) -> Floats:
     return np.array([(t, p) for t in theta for p in phi])
 
 
-def quality_of(circles: Floats, measure: str, *, mean: str = "points") -> float:
+def quality_of(circles: Floats, measure: str, *, mean: str = "points", outliers: str = "tolerance") -> float:
     """How badly the sections resemble circles about one axis (section 5.1); infinite where there are none.
 
     Parameters
@@ -81,13 +85,20 @@ def quality_of(circles: Floats, measure: str, *, mean: str = "points") -> float:
         Over all points of all circles, or over the circles' own means: "average over all the intersection
         points in a circle, and over all circles" may be either. In the second a few strays weigh as much as a
         circle.
+    outliers
+        What a point beyond RANSAC's tolerance counts as: the tolerance, or its whole distance. The paper
+        "removes" it and averages over "each intersection point" all the same. Where a plane meets several
+        surfaces, as a wheel's rim and the face of its web, whole distances make f larger at the true axis
+        than elsewhere; the tolerance is the robust cost of the paper's own source on RANSAC (Hartley,
+        Zisserman; MSAC of Torr and Zisserman 2000).
 
     """
     good = circles[np.isfinite(circles[:, 3])]
     if len(good) == 0:
         return np.inf
     if measure == "circle_distance":
-        return float(np.average(good[:, 4], weights=good[:, 6] if mean == "points" else None))
+        distance = good[:, 5 if outliers == "tolerance" else 4]
+        return float(np.average(distance, weights=good[:, 6] if mean == "points" else None))
     sides = np.ptp(good[:, :2], axis=0)
     return float(sides[0] * sides[1] if measure == "bounding_box" else sides.max())
 
@@ -103,7 +114,9 @@ def find_axis_seed(
     descent: Descent = "steepest",
     gradient: Gradient = "central",
     mean: Mean = "points",
+    outliers: Outliers = "tolerance",
     draws: Draws = "same",
+    halving: Halving = "run",
     trials: int = 5,
     n: int = 3,
     planes: int = 10,
@@ -120,7 +133,7 @@ def find_axis_seed(
         (V, 3) and (T, 3); faces are needed.
     seed
         Of the RANSAC samples.
-    quality, mean
+    quality, mean, outliers
         What f measures: :func:`quality_of`.
     sampling
         Of the n² orientations of the start: :func:`orientation_grid`.
@@ -130,8 +143,10 @@ def find_axis_seed(
         Differences to both sides, or forward ones as printed, which cost half and end beside the minimum.
     draws
         The same random samples for every orientation, or fresh ones, which make f itself noisy.
+    halving
+        Of the step s: one number over a run, as "s_j+1 = s_j / 2" has it, or chosen anew at every gradient.
     trials
-        Step lengths tried along one gradient: "does not become smaller after say 5 iterations".
+        Steps that fail before a run ends: "does not become smaller after say 5 iterations".
     n
         n² orientations are tried.
     planes
@@ -156,8 +171,9 @@ def find_axis_seed(
         Without faces, or for a parameter that is none.
 
     """
-    words = {"quality": quality, "sampling": sampling, "descent": descent}
-    _check({**words, "gradient": gradient, "mean": mean, "draws": draws}, n, planes, trials, tolerance_mm)
+    words: dict[str, str] = {"quality": quality, "sampling": sampling, "descent": descent}
+    words |= {"gradient": gradient, "mean": mean, "outliers": outliers, "draws": draws, "halving": halving}
+    _check(words, n, planes, trials, tolerance_mm)
     mesh = _simplified(*without_strays(vertices_mm, needed(faces), least_share), keep_ratio)
     first = 1 + seed % 2147483646
     state = np.array([first], dtype=np.int64)
@@ -173,14 +189,16 @@ def find_axis_seed(
     def objective(orientation: Floats) -> float:
         nonlocal evaluations
         evaluations += 1
-        return quality_of(circles_at(orientation), quality, mean=mean)
+        return quality_of(circles_at(orientation), quality, mean=mean, outliers=outliers)
 
     grid = orientation_grid(n, sampling)
     values = [objective(orientation) for orientation in grid]
     best, value = grid[int(np.argmin(values))], min(values)
     for step in (np.pi / (2 * n), np.pi / (2 * n**2)):
         if descent == "steepest":
-            best, value = steepest_descent(objective, best, value, step, gradient=gradient, trials=trials)
+            best, value = steepest_descent(
+                objective, best, value, step, gradient=gradient, trials=trials, halving=halving
+            )
         else:
             best, value = levenberg_marquardt(objective, best, value, step)
     turn = turned_to_z(*best)
@@ -203,7 +221,8 @@ def find_axis_seed_literal(
     """Find the axis by what the seed paper prints.
 
     The printed grid with its repeated pole, forward differences, five halvings after the first step, the
-    mean of the circles' means, fresh random samples at every orientation, the mesh with its strays.
+    mean of the circles' means, outliers with their whole distance, fresh random samples at every orientation,
+    the mesh with its strays.
     Parameters, returns and errors are those of :func:`find_axis_seed`.
     """
     axis = find_axis_seed(
@@ -219,7 +238,9 @@ def find_axis_seed_literal(
         sampling="uniform",
         gradient="forward",
         trials=6,
+        halving="gradient",
         mean="circles",
+        outliers="distance",
         draws="fresh",
         least_share=0.0,
     )

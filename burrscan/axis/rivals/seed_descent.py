@@ -32,9 +32,16 @@ GRADIENTS = {"central": central, "forward": forward}
 
 
 def steepest_descent(
-    objective: Objective, start: Floats, value: float, step: float, *, gradient: str, trials: int
+    objective: Objective,
+    start: Floats,
+    value: float,
+    step: float,
+    *,
+    gradient: str,
+    trials: int,
+    halving: str = "gradient",
 ) -> tuple[Floats, float]:
-    """Steps of length ``step``, halved until they descend; stops when none of ``trials`` steps does.
+    """Steps of length ``step``, halved until they descend; stops when ``trials`` of them did not.
 
     Parameters
     ----------
@@ -47,25 +54,31 @@ def steepest_descent(
     gradient
         ``"central"`` or ``"forward"``.
     trials
-        Steps tried along one gradient, the first among them.
+        Steps that do not descend before the run ends.
+    halving
+        ``"gradient"`` chooses the length anew, and counts anew, at every gradient; ``"run"`` keeps one length
+        that is only ever halved, and counts over the run.
 
     Returns
     -------
     (2,) the last place that descended, and f there.
 
     """
+    length, failed = step, 0
     while True:
         slope = GRADIENTS[gradient](objective, start, value, step)
         size = float(np.linalg.norm(slope))
         if not np.isfinite(size) or size == 0.0:
             return start, value
-        s = step / size
-        for _ in range(trials):
-            trial = start - s * slope
+        if halving == "gradient":
+            length, failed = step, 0
+        while failed < trials:
+            trial = start - length / size * slope
             reached = objective(trial)
             if reached < value:
                 break
-            s /= 2.0
+            length /= 2.0
+            failed += 1
         else:
             return start, value
         start, value = trial, reached

@@ -17,6 +17,7 @@ from burrscan.burrs.detect import BOXES, evidence_of, threshold
 from burrscan.burrs.field import field_of
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.rivals.seed import _planes_cut, burrs_seed, burrs_seed_literal
+from burrscan.errors import InputError
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm
@@ -332,3 +333,14 @@ def test_a_burr_scales_with_the_part(scale: float) -> None:
         one, scaled = getattr(burr, name), getattr(other, name)
         assert scaled.value == pytest.approx(scale * one.value, rel=1e-6)
         assert scaled.sigma == pytest.approx(scale * one.sigma, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", [burrs_seed, burrs_residual])
+def test_a_generatrix_of_another_part_is_refused(method: Callable[..., tuple[Burr, ...]]) -> None:
+    """It was an IndexError: no vertex lies near the curve, so that there is no arc."""
+    scan = revolution_scan(sigma_mm=0.05, shape=(120, 40))
+    axis = exact_axis(scan)
+    curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
+    centre = scan.vertices_mm.mean(axis=0)
+    with pytest.raises(InputError, match="near the generatrix"):
+        method(centre + 9.0 * (scan.vertices_mm - centre), scan.faces, axis, curve)

@@ -7,7 +7,7 @@ from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
 from burrscan.axis.rivals import seed as seed_module
 from burrscan.axis.rivals.seed import nearest_to_others, orientation_grid, quality_of, without_strays
-from burrscan.axis.rivals.seed_descent import steepest_descent
+from burrscan.axis.rivals.seed_descent import GRADIENTS, steepest_descent
 from burrscan.axis.sections import sections
 from burrscan.errors import InputError
 
@@ -58,6 +58,9 @@ def test_qualities_of_known_circles() -> None:
     circles[2, 6] = 150
     assert quality_of(circles, "circle_distance") == pytest.approx(0.25)
     assert quality_of(circles, "circle_distance", mean="circles") == pytest.approx(0.2)
+    circles[2, 5] = 0.2  # of which the tolerance counts, and not the whole distance
+    assert quality_of(circles, "circle_distance") == pytest.approx(0.175)
+    assert quality_of(circles, "circle_distance", outliers="distance") == pytest.approx(0.25)
     assert quality_of(circles, "bounding_box") == pytest.approx(3.0)
     assert quality_of(circles, "max_centre_distance") == pytest.approx(3.0)
     assert quality_of(np.full((3, 8), np.nan), "circle_distance") == np.inf
@@ -90,10 +93,10 @@ def _errors(method: str, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_charitable_reading_finds_what_the_literal_one_misses() -> None:
-    """24 stepped wheels with little noise; 2 degrees and 60 evaluations are those of the page's wheel."""
+    """24 stepped wheels with little noise; docs/seed.md has the figures of rendered wheels."""
     errors, evaluations = _errors("seed", 24)
-    assert np.median(errors) < 3.0
-    assert np.median(evaluations) <= 65
+    assert np.median(errors) < 4.0
+    assert np.median(evaluations) <= 60
     literal, fewer = _errors("seed-literal", 24)
     assert np.median(literal) > 5.0
     assert 20 <= np.median(fewer) <= 45  # the paper: about 30
@@ -115,6 +118,37 @@ def test_forward_differences_end_beside_a_perfect_minimum(
             )
         ends.append(np.degrees(np.linalg.norm(at)))
     assert off_deg[0] <= np.median(ends) < off_deg[1]
+
+
+@pytest.mark.parametrize("halving", ["run", "gradient"])
+def test_five_steps_fail_before_a_run_ends(halving: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With exact slopes every value asked for is a step's: those that do not descend are counted."""
+    monkeypatch.setitem(GRADIENTS, "exact", lambda _f, at, _value, _step: at / np.linalg.norm(at))
+    failed: list[bool] = []
+    best = [0.37]
+
+    def distance(at: np.ndarray) -> float:
+        reached = float(np.linalg.norm(at))
+        failed.append(reached >= best[0])
+        best[0] = min(best[0], reached)
+        return reached
+
+    start = np.array([0.37, 0.0])
+    steepest_descent(distance, start, 0.37, 1.0, gradient="exact", trials=5, halving=halving)
+    assert all(failed[-5:]) if halving == "gradient" else sum(failed) == 5
+    assert (sum(failed) > 5) == (halving == "gradient")
+
+
+def test_a_section_through_two_surfaces_misleads_whole_distances_only() -> None:
+    """Planes across the flange also cut the hub: at the true axis the hub's points are 40 mm off."""
+    errors: dict[str, list[float]] = {"tolerance": [], "distance": []}
+    for k in range(12):
+        scan = revolution_scan("flanged_hub", sigma_mm=0.05, seed=k, shape=(200, 80))
+        for outliers, found in errors.items():
+            axis = find_axis(scan.vertices_mm, scan.faces, method="seed", seed=100_003 * k, outliers=outliers)
+            found.append(scan.angle_error_deg(axis.direction))
+    assert np.median(errors["tolerance"]) < 4.0
+    assert np.median(errors["distance"]) > 8.0
 
 
 def test_strays_are_set_aside_and_pieces_are_not() -> None:
