@@ -124,7 +124,9 @@ def _told_by_light(
 
     The largest place speaks first: what lies beside a burr that it confirmed is that burr's mirror image.
     """
-    open_, confirmed, dark = list(certain), [], []
+    open_ = list(certain)
+    confirmed: list[_Certain] = []
+    dark: list[Place] = []
     for place in places:
         if any(belongs(one.burr, place, surface) for one in confirmed):
             continue
