@@ -42,10 +42,11 @@ HALF = 0.5
 """Of the median distance between points averaged once and those with that given back: most of their gap is
 along the surface."""
 MISFIT = 3.0
-"""A generatrix this many times thicker than the points' own noise is that of a part which is not all round."""
+"""A generatrix this many times thicker than the points' own noise is that of a part which is not all
+round."""
 MOST_SHAPES = 32.0
-"""Independent errors that such a part's shape makes at most, one for each 11° of the turn: what a wrong axis fits
-is shape as well, and no chance."""
+"""Independent errors that such a part's shape makes at most, one for each 11° of the turn: what a wrong
+axis fits is shape as well, and no chance."""
 MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
 SLOPE_NOISE = 0.015
@@ -159,9 +160,9 @@ def _refusal(axis: Axis, rivals: list[tuple[Floats, Floats]]) -> str:
         for point, direction in [(axis.point_mm, axis.direction), *rivals]
     )
     return (
-        f"the axis is in doubt, {100.0 * axis.gross_probability:.2g} % that it is another one: the points fit "
-        f"{first}, but also {', '.join(more)}; hand over more of the part or another view of it, without what "
-        "is not round (or most_doubt = 1, to have the axis all the same)"
+        f"the axis is in doubt, {100.0 * axis.gross_probability:.2g} % that it is another one: the points "
+        f"fit {first}, but also {', '.join(more)}; hand over more of the part or another view of it, without "
+        "what is not round (or most_doubt = 1, to have the axis all the same)"
     )
 
 

@@ -262,4 +262,5 @@ def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces:
 def _paired(values: Floats, axis: int) -> Floats:
     """Sectors along an axis of an array, added up two by two."""
     shape = values.shape
-    return values.reshape(*shape[:axis], SECTORS // PAIR, PAIR, *shape[axis + 1 :]).sum(axis=axis + 1)
+    pairs = values.reshape(*shape[:axis], SECTORS // PAIR, PAIR, *shape[axis + 1 :])
+    return np.asarray(pairs.sum(axis=axis + 1))

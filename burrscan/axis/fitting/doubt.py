@@ -1,10 +1,10 @@
 """How probable it is that the axis is another one altogether.
 
-Every start leads to a basin of the landscape, and its refined fit to a generatrix that is so and so thick. Were
-errors of points independent and normal, N of them would make the basin of thickness t more likely than that of t'
-by (t'/t)^N, the ratio of the likelihoods with the noise at its best (Wilks). Where neighbours share their errors
-(a flute as wide as a tenth of the view is one error, not a thousand), N is the number of points over what they
-share, as the covariance has it.
+Every start leads to a basin of the landscape, and its refined fit to a generatrix that is so and so thick.
+Were errors of points independent and normal, N of them would make the basin of thickness t more likely than
+that of t' by (t'/t)^N, the ratio of the likelihoods with the noise at its best (Wilks). Where neighbours
+share their errors (a flute as wide as a tenth of the view is one error, not a thousand), N is the number of
+points over what they share, as the covariance has it.
 """
 
 from __future__ import annotations

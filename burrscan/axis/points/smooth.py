@@ -101,8 +101,8 @@ def smoothed(points: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> 
 def given_back(once: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> Floats:
     """Smoothed points, with what smoothing again takes off given back (twicing, Tukey 1977). O(rounds · T).
 
-    Averages lie within a curve, and the further, the more aslant it is seen, since neighbours are further apart
-    there: that tilts and shifts axes.
+    Averages lie within a curve, and the further, the more aslant it is seen, since neighbours are further
+    apart there: that tilts and shifts axes.
     """
     return _twiced(once, smoothed(once, weights, faces, rounds=rounds)) if rounds else once
 

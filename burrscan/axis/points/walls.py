@@ -1,7 +1,8 @@
-"""Faces that look sideways: the walls of lugs, flutes, teeth and spokes are no part of a surface of revolution.
+"""Faces that look sideways: walls of lugs, flutes, teeth and spokes are no part of a surface of revolution.
 
-A normal of a surface of revolution meets its axis (Pottmann & Randrup). Those of walls do not, and one view shows
-the walls on one side of the lugs only: the few of their points that come near the generatrix draw the axis across.
+A normal of a surface of revolution meets its axis (Pottmann & Randrup). Those of walls do not, and one view
+shows the walls on one side of the lugs only: the few of their points that come near the generatrix draw the
+axis across.
 """
 
 from __future__ import annotations

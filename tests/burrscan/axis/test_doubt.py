@@ -54,25 +54,19 @@ def fluted(flutes: int, depth: float) -> tuple[Floats, Ints32]:
 
 
 def test_fluted_vases_do_not_bluff() -> None:
-    """24 views, most of which fit other axes as well: 73 to 90 degrees off, with a sigma of 0.3 to 3 degrees."""
+    """24 views. Most fit other axes as well: 73 to 90 degrees off, with a sigma of 0.3 to 3 degrees."""
     refused = 0
     for seed, view in enumerate(np.random.default_rng(3).normal(size=(24, 3))):
         vertices, faces = fluted(7 + seed % 5, 0.06)
         points, triangles = single_view(vertices, faces, view, pixels=160, sigma=0.1, seed=seed)
-        try:
-            axis = find_axis(points, triangles)
-        except InputError as error:
-            assert "another one" in str(error)
-            assert "through" in str(error)
+        axis = find_axis(points, triangles, most_doubt=1.0)
+        if axis.undetermined == () and axis.gross_probability > 0.001:
+            with pytest.raises(InputError, match=r"another one: .* through .*, but also .* through"):
+                find_axis(points, triangles)
             refused += 1
-            continue
-        if axis.undetermined == ():
-            assert axis.gross_probability <= 0.001
+        elif axis.undetermined == ():
             assert axis_angle_deg(axis.direction, np.eye(3)[2]) < max(1.0, 5.0 * axis.sigma_deg), view
     assert refused > 12
-    vertices, faces = fluted(7, 0.06)
-    points, triangles = single_view(vertices, faces, np.array([0.9, 0.3, 0.1]), pixels=160, sigma=0.1)
-    assert find_axis(points, triangles, most_doubt=1.0).gross_probability > 0.001  # given all the same
 
 
 def test_a_clean_wheel_is_not_doubted() -> None:

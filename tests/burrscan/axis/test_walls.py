@@ -10,7 +10,7 @@ AROUND, ALONG = 120, 40
 
 
 def test_walls_and_their_neighbours_are_left_out() -> None:
-    """One lug of 5 mm on a cylinder of 90 mm: its two flanks, a row of faces each, and the rings about them."""
+    """One lug of 5 mm on a cylinder of 90 mm: two flanks, a row of faces each, and their rings."""
     scan = revolution_scan("cylinder", shape=(AROUND, ALONG))
     points = (scan.vertices_mm - scan.point_mm).reshape(AROUND, ALONG, 3)
     outward = points - (points @ scan.direction)[..., None] * scan.direction
@@ -25,7 +25,7 @@ def test_walls_and_their_neighbours_are_left_out() -> None:
 
 
 def test_smoothing_draws_no_curve_inwards() -> None:
-    """Twice as far apart on one side: a mean of neighbours lies within the curve by four times as much there."""
+    """Where neighbours are twice as far apart, their mean lies within the curve by four times as much."""
     scan = revolution_scan("cylinder", shape=(AROUND, ALONG))
     points = (scan.vertices_mm - scan.point_mm).reshape(AROUND, ALONG, 3)
     uneven = np.concatenate([np.arange(0, AROUND // 2), np.arange(AROUND // 2, AROUND, 2)])
