@@ -32,6 +32,9 @@ class Axis:
         How often the method evaluated its quality measure.
     undetermined
         What the data leave open, such as ``("direction",)`` for a sphere; empty for a well-posed shape.
+    gross_probability
+        Probability that the axis is another one altogether, which the covariance does not know of. NaN where
+        a method states none.
 
     """
 
@@ -41,6 +44,7 @@ class Axis:
     method: str
     evaluations: int = 0
     undetermined: tuple[str, ...] = ()
+    gross_probability: float = float("nan")
 
     def __post_init__(self) -> None:
         freeze(self, point_mm=self.point_mm, direction=self.direction, covariance=self.covariance)

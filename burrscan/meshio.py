@@ -174,12 +174,12 @@ def inspection_document(inspection: Inspection) -> dict[str, Any]:
     """An inspection as a plain document for JSON; units are in the keys, what is not stated is null.
 
     Keys: ``schema``; ``axis`` (point_mm, direction, sigma_deg, covariance, method, evaluations,
-    undetermined); ``T_part_mesh`` (4×4, rows); ``generatrix`` (z_mm, r_mm, sigma_mm, band_mm; null between
-    pieces, material to the right of the curve's direction); ``burrs``, each with side, T_mesh_burr,
-    significance, within_limit and the values angle_deg, z_start_mm, z_end_mm, height_mm, width_mm, length_mm,
-    area_mm2, volume_mm3 as ``{"value": …, "sigma": …}``; ``deviation`` (rms_mm, least_mm, greatest_mm,
-    vertices, without); ``checks`` (name, passed, value, limit, unit, reason); ``timings_s``. The deviation of
-    each vertex is in the PLY.
+    undetermined, gross_probability); ``T_part_mesh`` (4×4, rows); ``generatrix`` (z_mm, r_mm, sigma_mm,
+    band_mm; null between pieces, material to the right of the curve's direction); ``burrs``, each with side,
+    T_mesh_burr, significance, within_limit and the values angle_deg, z_start_mm, z_end_mm, height_mm,
+    width_mm, length_mm, area_mm2, volume_mm3 as ``{"value": …, "sigma": …}``; ``deviation`` (rms_mm,
+    least_mm, greatest_mm, vertices, without); ``checks`` (name, passed, value, limit, unit, reason);
+    ``timings_s``. The deviation of each vertex is in the PLY.
     """
     axis, curve = inspection.axis, inspection.generatrix
     document = {
@@ -192,6 +192,7 @@ def inspection_document(inspection: Inspection) -> dict[str, Any]:
             "method": axis.method,
             "evaluations": axis.evaluations,
             "undetermined": axis.undetermined,
+            "gross_probability": axis.gross_probability,
         },
         "T_part_mesh": inspection.T_part_mesh,
         "generatrix": {name: getattr(curve, name) for name in ("z_mm", "r_mm", "sigma_mm", "band_mm")},

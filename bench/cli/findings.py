@@ -16,6 +16,8 @@ from burrscan.meshio import inspection_document, write_deviation_ply
 
 _MOST_SHOWN = 30
 """Burrs listed: a screen of them."""
+_WORTH_SAYING = 1e-4
+"""Probability of a wrong axis that is printed; below it, nobody would act on it."""
 _USUAL_MM = (1.0, 10_000.0)
 """Extent of parts that are inspected, 1 mm to 10 m: others are more likely in another unit."""
 
@@ -66,6 +68,10 @@ def _axis_lines(axis: Axis) -> list[str]:
         stated = "any other as good"
     point, direction = _vector(axis.point_mm, 3), _vector(axis.direction, 5)
     lines = [f"axis          point {point} mm, direction {direction}, {stated}, by '{axis.method}'"]
+    if axis.gross_probability >= _WORTH_SAYING:
+        lines.append(
+            f"              {100.0 * axis.gross_probability:.1g} % that it is another one altogether"
+        )
     if axis.undetermined:
         lines.append(f"              the shape leaves open: {', '.join(axis.undetermined)}")
     return lines

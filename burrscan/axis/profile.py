@@ -8,13 +8,15 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis, sensed
 from burrscan.axis.fitting.ambiguity import undetermined
 from burrscan.axis.fitting.covariance import AxisCovariance, covariance_of
+from burrscan.axis.fitting.doubt import ALIKE, gross_probability, others, thickness
 from burrscan.axis.fitting.fit import FLOOR, Fit, refine
 from burrscan.axis.fitting.ridges import SPACING
-from burrscan.axis.fitting.starts import FARTHEST, candidate_axes
+from burrscan.axis.fitting.starts import candidate_axes
 from burrscan.axis.points.cloud import Cloud, canonical_cloud, voxel_moments
-from burrscan.axis.points.smooth import displacement, median_square_edge, smoothed, smoothed_cloud
+from burrscan.axis.points.smooth import displacement, given_back, median_square_edge, smoothed, smoothed_cloud
 from burrscan.axis.points.subdivide import subdivided
 from burrscan.axis.points.surfels import surfels_of
+from burrscan.axis.points.walls import off_walls
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
 
@@ -26,8 +28,6 @@ BLUR_PER_SIGMA = 1.5
 """Least blur in noise deviations: pieces finer than the noise is thick would follow the noise."""
 RIVAL, RIVAL_COST = 3.0, 0.02
 """A candidate is tried while its cost is below this many times the least, and some."""
-ALIKE = np.cos(np.radians(3.0))
-"""Axes nearer than this are one."""
 CONTEST_STEPS = 6
 """Gauss-Newton steps when several starts differ: the three that each had were too few to tell them apart."""
 FLAT = 0.01
@@ -36,6 +36,19 @@ LEAST_CORNERS = 0.5
 """Share of a coarse mesh's vertices that must lie on its generatrix to count as points of the part."""
 SMOOTH = 0.25
 """Share of independent noise that two rounds of averaging over six neighbours leave."""
+MOST_DOUBT = 0.001
+"""Refused is what is more probably wrong than this: one bluff in a thousand is the goal."""
+HALF = 0.5
+"""Of the median distance between points averaged once and those with that given back: most of their gap is
+along the surface."""
+MISFIT = 3.0
+"""A generatrix this many times thicker than the points' own noise is that of a part which is not all
+round."""
+MOST_SHAPES = 32.0
+"""Independent errors that such a part's shape makes at most, one for each 11° of the turn: what a wrong
+axis fits is shape as well, and no chance."""
+MOST_WALLS = 0.85
+"""With more walls than this a part has too little left to measure, and they stay."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -48,6 +61,7 @@ def find_axis_profile(
     seed: int = 0,  # noqa: ARG001
     smoothing: int = 2,
     full_steps: int = 5,
+    most_doubt: float = MOST_DOUBT,
 ) -> Axis:
     """Find the axis by fitting a free generatrix to all points.
 
@@ -61,8 +75,17 @@ def find_axis_profile(
         Rounds of averaging over neighbours before the fit.
     full_steps
         Most Gauss-Newton steps with all points; two or three do.
+    most_doubt
+        An axis that is another one with a higher probability than this is refused; 1 refuses none.
 
-    Complexity: O(V + T).
+    Raises
+    ------
+    InputError
+        When no axis fits, or others fit about as well; their directions and places are named.
+
+    Notes
+    -----
+    O(V + T).
 
     """
     cloud = canonical_cloud(vertices_mm, sigma_mm)
@@ -72,26 +95,37 @@ def find_axis_profile(
         corners = None if raw is cloud.points else cloud.points
     pitch = 0.0
     if faces is not None and len(faces):
-        points = smoothed(raw, cloud.weights, faces, rounds=smoothing)
-        pitch = float(np.sqrt(median_square_edge(points, faces)))
+        smooth = smoothed(raw, cloud.weights, faces, rounds=smoothing)
+        pitch = float(np.sqrt(median_square_edge(smooth, faces)))
+        points = given_back(smooth, cloud.weights, faces, rounds=smoothing)
     else:
-        points = smoothed_cloud(raw, rounds=smoothing)
-    raw_sigma = displacement(raw, points) if smoothing else 0.0
-    cells, rows = voxel_moments(points, cloud.weights)
+        smooth = points = smoothed_cloud(raw, rounds=smoothing)
+    raw_sigma = displacement(raw, smooth) if smoothing else 0.0
+    cells, rows = voxel_moments(smooth, cloud.weights)
     candidates, evaluations = candidate_axes(surfels_of(cells, rows))
     if not candidates:
         raise InputError(
             "no axis fits: the points hold no surface of revolution, or less than a patch of one"
         )
     means, counts = rows[:, 1:4] / rows[:, :1], rows[:, 0] / rows[:, 0].mean()
-    fit = _best_start(means, counts, candidates)
+    fit, rivals = _best_start(means, counts, candidates)
     least = max(FLOOR, SMOOTH * stated_sigma(sigma_mm) / cloud.scale_mm)
     blur = resolution(fit, max(raw_sigma, fit.sigma), len(points), pitch)
     rough = refine(
         means, counts, fit.frame[:, 2], fit.place, blur=blur, steps=4, sigma=fit.sigma, least=least
     )
     blur = resolution(rough, max(raw_sigma, rough.sigma), len(points), pitch)
+    if (
+        points is not smooth and sigma_mm is None
+    ):  # the two lie apart, on a surface without noise by more than its noise
+        least = max(least, HALF * displacement(points, smooth))
     weightings = [cloud.weights, np.empty(0)] if len(cloud.weights) else [cloud.weights]
+    if corners is None and pitch > 0.0 and faces is not None:
+        noise = SMOOTH * raw_sigma / pitch
+        kept = off_walls(points, faces, rough.frame[:, 2], rough.place, noise=noise)
+        if 1.0 - MOST_WALLS < kept.mean() < 1.0:
+            points, raw = points[kept], raw[kept]
+            weightings = [weights[kept] if len(weights) else weights for weights in weightings]
     fits = [
         refine(
             points, weights, rough.frame[:, 2], rough.place,
@@ -105,7 +139,31 @@ def find_axis_profile(
     stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
     fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
-    return axis_of(cloud, fit, known, evaluations + fit.steps, flags)
+    total = float(counts.sum())
+    rivals = others(fit, rivals, total)
+    doubt = 0.0
+    if rivals:
+        alone = refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=2)
+        misfit = known.noise > MISFIT * raw_sigma
+        independent = min(known.independent, MOST_SHAPES) if misfit else known.independent
+        doubt = gross_probability(alone, rivals, total=total, independent=independent)
+    axis = axis_of(cloud, fit, known, evaluations + fit.steps, flags, doubt=doubt)
+    if doubt > most_doubt and "direction" not in flags:
+        raise InputError(_refusal(axis, [_line(cloud, rival) for rival in rivals]))
+    return axis
+
+
+def _refusal(axis: Axis, rivals: list[tuple[Floats, Floats]]) -> str:
+    """Why an axis is not given: what else it might be."""
+    first, *more = (
+        f"({', '.join(f'{x:.4g}' for x in direction)}) through ({', '.join(f'{x:.4g}' for x in point)})"
+        for point, direction in [(axis.point_mm, axis.direction), *rivals]
+    )
+    return (
+        f"the axis is in doubt, {100.0 * axis.gross_probability:.2g} % that it is another one: the points "
+        f"fit {first}, but also {', '.join(more)}; hand over more of the part or another view of it, without "
+        "what is not round (or most_doubt = 1, to have the axis all the same)"
+    )
 
 
 def _by_corners(
@@ -142,8 +200,13 @@ def stated_sigma(sigma_mm: Floats | None) -> float:
     return 0.0 if sigma_mm is None else float(np.mean(sigma_mm**-2.0) ** -0.5)
 
 
-def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Floats, float]]) -> Fit:
-    """Refine the candidates that come near the best, at two resolutions; keep the thinnest generatrix."""
+def _best_start(
+    means: Floats, counts: Floats, candidates: list[tuple[Floats, Floats, float]]
+) -> tuple[Fit, list[Fit]]:
+    """Refine the candidates that come near the best, at two resolutions; keep the thinnest generatrix.
+
+    Besides, the fits that come near it.
+    """
     rivals = [c for c in candidates if c[2] < RIVAL * candidates[0][2] + RIVAL_COST]
     fits = [
         refine(means, counts, direction, place, blur=blur, steps=3)
@@ -154,15 +217,15 @@ def _best_start(means: Floats, counts: Floats, candidates: list[tuple[Floats, Fl
     limit = RIVAL * min(thickness(fit, total) for fit in fits)
     contest = [fit for fit in fits if thickness(fit, total) <= limit]
     if not contest:
-        return fits[0]
+        return fits[0], []
     best = min(contest, key=lambda fit: thickness(fit, total))
     if all(abs(fit.frame[:, 2] @ best.frame[:, 2]) > ALIKE for fit in contest):
-        return best
+        return best, contest
     # Seen from the side a gear is nearly a prism: a few steps more tell which start leads to the thinner one.
     longer = [
         refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=CONTEST_STEPS) for fit in contest
     ]
-    return min([best, *longer], key=lambda fit: thickness(fit, total))
+    return min([best, *longer], key=lambda fit: thickness(fit, total)), longer
 
 
 def resolution(fit: Fit, raw_sigma: float, count: int, pitch: float) -> float:
@@ -172,19 +235,26 @@ def resolution(fit: Fit, raw_sigma: float, count: int, pitch: float) -> float:
     return max(BLUR, BLUR_PER_SIGMA * fit.sigma, float(length) / SPACING, min(pitch, COARSE_BLUR))
 
 
-def thickness(fit: Fit, total: float) -> float:
-    """Noise about a fit's generatrix, per share of points that it explains; infinite if too far away."""
-    if fit.place @ fit.place > FARTHEST**2 or fit.inliers <= 0.0:
-        return np.inf
-    return fit.sigma * total / fit.inliers
-
-
-def axis_of(cloud: Cloud, fit: Fit, known: AxisCovariance, evaluations: int, flags: tuple[str, ...]) -> Axis:
-    """Turn a fit in the canonical frame into an axis in the frame of the mesh."""
+def _line(cloud: Cloud, fit: Fit) -> tuple[Floats, Floats]:
+    """Point and direction of a fit in the frame of the mesh."""
     direction = cloud.rotation @ fit.frame[:, 2]
-    direction = sensed(direction / np.linalg.norm(direction))
     along = float(fit.frame[:, 2] @ fit.place)
     point = cloud.mean_mm + cloud.scale_mm * (cloud.rotation @ (fit.place - along * fit.frame[:, 2]))
+    return point, sensed(direction / np.linalg.norm(direction))
+
+
+def axis_of(
+    cloud: Cloud,
+    fit: Fit,
+    known: AxisCovariance,
+    evaluations: int,
+    flags: tuple[str, ...],
+    *,
+    doubt: float = float("nan"),
+) -> Axis:
+    """Turn a fit in the canonical frame into an axis in the frame of the mesh."""
+    point, direction = _line(cloud, fit)
+    along = float(fit.frame[:, 2] @ fit.place)
     change = perpendicular_basis(direction).T @ cloud.rotation @ fit.frame[:, :2]
     move = np.eye(4)
     move[2, 1], move[3, 0] = -along, along  # the offset at the stated point, not at the fit's own
@@ -198,4 +268,4 @@ def axis_of(cloud: Cloud, fit: Fit, known: AxisCovariance, evaluations: int, fla
         if flag in flags:
             covariance[part, :] = covariance[:, part] = 0.0
             covariance[part, part] = size**2 * np.eye(2)
-    return Axis(point, direction, covariance, "profile", evaluations, flags)
+    return Axis(point, direction, covariance, "profile", evaluations, flags, doubt)

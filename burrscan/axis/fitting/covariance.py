@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.axis.fitting.correlation import Scores, widened
 from burrscan.axis.fitting.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
+from burrscan.axis.fitting.ridges import Pieces
 from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
@@ -17,8 +19,8 @@ SECTORS = 64
 disagreement."""
 BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
-LEAST_FREEDOM = 2.0
-"""Fewer degrees of freedom are none: the series for the quantile ends there."""
+PAIR = 2
+"""Sectors told apart for the length of a correlation: 11° together halve the matrices."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +33,14 @@ class AxisCovariance:
         (4, 4) dimensionless.
     noise
         Standard deviation of the raw points about the generatrix.
+    independent
+        Number of independent points that would tell as much: the points over what their errors share.
 
     """
 
     covariance: Floats
     noise: float
+    independent: float
 
 
 @kernel
@@ -148,9 +153,9 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Axi
     """Uncertainty of a fit. O(V).
 
     The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
-    widened where sums over sectors vary more than independent points would (quasi-likelihood with the
-    clustered scores of Liang & Zeger), as with burrs along the axis, correlated noise, treads or spokes; and
-    by what makes ±1.96 sigma hold 95 % although few sectors tell that.
+    widened by what errors that reach over many points add (:mod:`burrscan.axis.fitting.correlation`), as with
+    correlated noise, burrs along the axis, treads, or a part that is not round; and by the square of the step
+    that the raw residuals would make of it: smoothing and the choice of points near edges draw by about that.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
@@ -158,29 +163,50 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Axi
         points, raw, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
-    known, sums, shares, squares, freedom = _condensed(scores)
-    A = _full(A) - known
-    variance = max(squares / max(freedom - 4.0, 1.0), 1e-300)
-    return _composed(A, variance * _spurious(slopes, fit.pieces.spacing), sums, shares, variance)
+    told = _condensed(scores)
+    variance = max(told.squares / max(told.freedom - 4.0, 1.0), 1e-300)
+    spurious = variance * _spurious(slopes, fit.pieces.spacing)
+    return _composed(_full(A) - told.known, spurious, told, variance, fit.pieces)
+
+
+class _Told(NamedTuple):
+    """What the scores say once the means along parallels are off.
+
+    Parameters
+    ----------
+    known
+        Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes.
+    sums, shares
+        Per sector, over all pieces, Σ w (d - d̄) (J - J̄) and the information Σ w (J - J̄) (J - J̄)ᵀ.
+    lifts
+        Per piece and sector, Σ w (J - J̄).
+    weights
+        Σ w per sector.
+    squares, freedom
+        Σ w (d - d̄)²; and the weight less the number of means.
+
+    """
+
+    known: Floats
+    sums: Floats
+    shares: Floats
+    lifts: Floats
+    weights: Floats
+    squares: float
+    freedom: float
 
 
 @kernel
-def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:
-    """What the scores say once the means along parallels are off.
+def _condensed(scores: Floats) -> _Told:
+    """Take the means along parallels off the scores.
 
     The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
     alike all round (at edges) is no noise.
-
-    Returns
-    -------
-    Σ w J̄ J̄ᵀ, the part of the information that the generatrix takes; per sector, over all pieces,
-    Σ w (d - d̄) (J - J̄) and the information Σ w (J - J̄) (J - J̄)ᵀ; Σ w (d - d̄)²; and the weight less the
-    number of means.
-
     """
     known = np.zeros((4, 4))
     squares, freedom = 0.0, 0.0
     sums, shares = np.zeros((SECTORS, 4)), np.zeros((SECTORS, 4, 4))
+    lifts, weights = np.zeros((scores.shape[0], SECTORS, 4)), np.zeros(SECTORS)
     for k in range(scores.shape[0]):
         for u in range(BINS_ALONG):
             total = scores[k, u].sum(axis=0)
@@ -188,18 +214,22 @@ def _condensed(scores: Floats) -> tuple[Floats, Floats, Floats, float, float]:
                 squares += total[10] - total[1] * total[1] / total[0]
                 freedom += total[0] - 1.0
                 known += np.outer(total[2:6], total[2:6]) / total[0]
-                _add_centred(scores[k, u], total / total[0], sums, shares)
-    return known, sums, shares, squares, freedom
+                _add_centred(scores[k, u], total / total[0], sums, shares, lifts[k], weights)
+    return _Told(known, sums, shares, lifts, weights, squares, freedom)
 
 
 @kernel
-def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> None:
-    """Add Σ w (d - d̄) (J - J̄) and Σ w (J - J̄) (J - J̄)ᵀ of every sector of a parallel."""
+def _add_centred(
+    scores: Floats, mean: Floats, sums: Floats, shares: Floats, lifts: Floats, weights: Floats
+) -> None:
+    """Add Σ w (d - d̄) (J - J̄), Σ w (J - J̄) (J - J̄)ᵀ, Σ w (J - J̄) and Σ w of every sector of a parallel."""
     for s in range(SECTORS):
         row = scores[s]
         if row[0] <= 0.0:
             continue
+        weights[s] += row[0]
         for p in range(4):
+            lifts[s, p] += row[2 + p] - row[0] * mean[2 + p]
             off = row[6 + p] - mean[1] * row[2 + p]
             sums[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
             for q in range(4):
@@ -207,50 +237,30 @@ def _add_centred(scores: Floats, mean: Floats, sums: Floats, shares: Floats) -> 
                 shares[s, p, q] += (row[2 + p] - row[0] * mean[2 + p]) * lean
 
 
-def _widening(sums: Floats, shares: Floats, variance: float) -> float:
-    """By how much the sectors' scores vary more than independent points would make them; at least 1.
-
-    All in the basis where the information is the identity. The fit takes its share of a sector's score off:
-    E[s sᵀ] = σ² (I_s - I_s²) with I_s the sector's information (Bell & McCaffrey 2002).
-    """
-    squares = np.einsum("spq,sqp->", shares, shares)
-    expected = max(float(np.trace(shares.sum(axis=0)) - squares), 1.0)
-    return max(1.0, float((sums * sums).sum()) / (variance * expected))
-
-
-def _freedom(shares: Floats) -> float:
-    """Degrees of freedom of the sectors' disagreement, 2 E² / Var of Σ |s|² (Satterthwaite 1946).
-
-    In the basis where the information is the identity, the scores of sectors s and t covary by
-    I_s δ_st - I_s I_t, of which the squares sum up through Σ I_s² alone.
-    """
-    squares = np.einsum("spq,sqr->spr", shares, shares)
-    own, total = shares - squares, squares.sum(axis=0)
-    twice = float((total * total).sum() - (squares * squares).sum() + (own * own).sum())
-    mean = float(np.einsum("spp->", own))
-    return max(mean**2 / max(twice, 1e-300), LEAST_FREEDOM)
-
-
-def _quantile_ratio(widening: float, freedom: float) -> float:
-    """Student's 97.5 % quantile over the normal one (Abramowitz & Stegun 26.7.5).
-
-    The variance is the sum of the points' own, well known, and of the excess over it, known from few sectors
-    only: its degrees of freedom are those of the sum (Satterthwaite 1946).
-    """
-    inverse = ((widening - 1.0) / widening) ** 2 / freedom
-    square = 1.96**2
-    first, second = (square + 1.0) / 4.0, (5.0 * square**2 + 16.0 * square + 3.0) / 96.0
-    return 1.0 + inverse * (first + inverse * second)
-
-
-def _composed(A: Floats, spurious: Floats, sums: Floats, shares: Floats, variance: float) -> AxisCovariance:
+def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces: Pieces) -> AxisCovariance:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
-    inside = whiten.T @ shares @ whiten
-    widening = _widening(sums @ whiten, inside, variance)
-    widening *= _quantile_ratio(widening, _freedom(inside)) ** 2
+    wide = widened(
+        Scores(
+            sums=_paired(told.sums @ whiten, 0) / np.sqrt(variance),
+            shares=_paired(whiten.T @ told.shares @ whiten, 0),
+            lifts=_paired(told.lifts @ whiten, 1),
+            weights=_paired(told.weights, 0),
+            places=pieces.centre,
+            normals=pieces.normal,
+        )
+    )
+    step = whiten @ (whiten.T @ told.sums.sum(axis=0))
     real, modes = np.linalg.eigh(np.eye(4) - whiten.T @ spurious @ whiten)
-    basis = whiten @ modes
-    covariance = (basis / np.maximum(real, 0.01)) @ basis.T * variance * widening
-    return AxisCovariance(covariance, float(np.sqrt(variance)))
+    basis = whiten @ (modes / np.sqrt(np.maximum(real, 0.01)))
+    covariance = basis @ (modes.T @ wide @ modes) @ basis.T * variance + np.outer(step, step)
+    independent = float(told.weights.sum()) / (0.25 * float(np.trace(wide)))
+    return AxisCovariance(covariance, float(np.sqrt(variance)), independent)
+
+
+def _paired(values: Floats, axis: int) -> Floats:
+    """Sectors along an axis of an array, added up two by two."""
+    shape = values.shape
+    pairs = values.reshape(*shape[:axis], SECTORS // PAIR, PAIR, *shape[axis + 1 :])
+    return np.asarray(pairs.sum(axis=axis + 1))
