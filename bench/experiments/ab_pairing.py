@@ -36,6 +36,9 @@ def main() -> None:
 
 
 def _print(name: str, base: Floats, new: Floats) -> None:
+    if np.ptp(np.concatenate([base, new])) == 0.0:
+        print(f"{name:<18} {len(base):5d} scenes   all alike")
+        return
     gain, low, high = real_gain(base, new)
     print(f"{name:<18} {len(base):5d} scenes {gain:10.1f} ({low:.1f} to {high:.1f})")
 
