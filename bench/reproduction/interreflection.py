@@ -1,4 +1,4 @@
-"""Section 2: what light by way of a second surface does to the code."""
+"""Section 2: what interreflected light does to the code."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Crew(Generic[Task, Result]):
 
         """
         try:
-            while self._hire():
+            while self._start_workers():
                 pipes = {id(worker.connection): worker for worker in self._workers}
                 for pipe in wait([worker.connection for worker in self._workers]):
                     yield from self._listen(pipes[id(pipe)])
@@ -101,8 +101,8 @@ class Crew(Generic[Task, Result]):
             for worker in list(self._workers):
                 self._dismiss(worker)
 
-    def _hire(self) -> bool:
-        """Fill the crew up; False when nothing is left to do."""
+    def _start_workers(self) -> bool:
+        """Start workers up to the number wanted; False when nothing is left to do."""
         while self._pending and len(self._workers) < self._size:
             ours, theirs = get_context("spawn").Pipe()
             process = get_context("spawn").Process(target=_serve, args=(theirs, self._function), daemon=True)
@@ -118,7 +118,7 @@ class Crew(Generic[Task, Result]):
         try:
             result: Result | Obstructed = worker.connection.recv()
         except (EOFError, OSError):
-            yield from self._bury(worker)
+            yield from self._handle_death(worker)
             return
         if isinstance(result, Obstructed):
             raise result
@@ -131,7 +131,7 @@ class Crew(Generic[Task, Result]):
             self._dismiss(worker)
         yield done.task, result
 
-    def _bury(self, worker: _Worker[Task]) -> Iterator[tuple[Task, Died]]:
+    def _handle_death(self, worker: _Worker[Task]) -> Iterator[tuple[Task, Died]]:
         """Give a dead worker's task to another, or give it up."""
         self._dismiss(worker)
         job = worker.job

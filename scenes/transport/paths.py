@@ -1,4 +1,4 @@
-"""Light paths of camera samples, as Dr.Jit expressions: the first surface, and light by way of later ones.
+"""Light paths of camera samples, as Dr.Jit expressions: the first surface, and interreflected light.
 
 ``mi`` is the activated Mitsuba module: it may be imported only after the renderer has chosen LLVM's library.
 """
@@ -26,7 +26,7 @@ class Arrival(NamedTuple):
 
 
 class Bounced(NamedTuple):
-    """What paths bring by way of later surfaces.
+    """Interreflected light of paths.
 
     ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that
     leave the scene, which is what a uniform surround of radiance 1 sends. ``places_mm``: the surface that
@@ -55,7 +55,7 @@ def later_surfaces(
     *,
     aims: Sequence[Target] = (),
 ) -> Bounced:
-    """Light that reaches the camera from interaction ``si`` by way of further surfaces.
+    """Interreflected light that reaches the camera from interaction ``si``.
 
     At each surface the projector is asked (next-event estimation).
 
