@@ -123,7 +123,7 @@ def disturbed(
     places = [_place(cells, hole, deviation, rest) for cells in found]
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
     return surface, [
-        replace(one, told=side_of(one.cells, looks, surface, axis, sight.rig, widest_mm=widest_mm))
+        replace(one, told=side_of(one.cells, looks, surface, widest_mm=widest_mm))
         for one in places
         if one.depth_tells or one.contrast >= _LONE_CONTRAST
     ]

@@ -13,11 +13,8 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, freeze
-from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
-from burrscan.inspection import Axis
-from burrscan.rig import Rig
 
 _BESIDE_MM = 2.0
 """What is compared reaches so far beyond the place: there the light of its flanks is mirrored."""
@@ -60,7 +57,7 @@ class Looks:
         freeze(self, light=self.light, predicted=self.predicted, deviation_mm=self.deviation_mm)
 
 
-def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig, *, widest_mm: float) -> int:
+def side_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) -> int:
     """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly.
 
     Only for places that run along the axis. O(hypotheses · columns of the place · bounces), 0.1 s.
@@ -75,10 +72,8 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig,
         return 0
     beside = int(_BESIDE_MM / (turn * r)) + 1
     near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
-    T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
-    camera, projector = T_part_camera[:3, 3], (T_part_camera @ np.append(rig.projector_centre_mm, 1.0))[:3]
     parallel = _medians(looks.predicted[used])
-    tilt = _tilts(surface, middle, camera, projector)
+    tilt = _tilts(surface, middle)
     lobe = _lobe(tilt, parallel)
     if lobe is None:
         return 0
@@ -103,8 +98,8 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, axis: Axis, rig: Rig,
             lobes,
             bounces,
             0.5 * float(lobe.min()),
-            camera[:2].copy(),
-            projector[:2].copy(),
+            surface.camera_mm[:2].copy(),
+            surface.projector_mm[:2].copy(),
             _DEPTH_SIGMA * surface.step_mm,
         )
         best = np.minimum(best, tried)
@@ -120,11 +115,11 @@ def _medians(values: Floats) -> Floats:
     return medians
 
 
-def _tilts(surface: Unrolled, row: int, camera: Floats, projector: Floats) -> Floats:
+def _tilts(surface: Unrolled, row: int) -> Floats:
     """(columns,) angles, degrees, from the half-way direction to the normal of a row, square to the axis."""
     angle, r, z = surface.angle, float(surface.r_mm[row]), float(surface.z_mm[row])
     points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(angle.shape, z)], axis=-1)
-    towards = [centre - points for centre in (camera, projector)]
+    towards = [centre - points for centre in (surface.camera_mm, surface.projector_mm)]
     half = sum(one / np.linalg.norm(one, axis=-1, keepdims=True) for one in towards)
     turn = angle - np.arctan2(half[:, 1], half[:, 0])
     return np.asarray(np.degrees((turn + np.pi) % (2.0 * np.pi) - np.pi))

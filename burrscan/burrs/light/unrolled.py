@@ -46,6 +46,8 @@ class Unrolled:
         True where camera and projector both reach the cell and are well away from losing it.
     step_mm
         Size of a cell along the curve; around it is that at the largest radius.
+    camera_mm, projector_mm
+        (3,) their centres, part frame.
 
     """
 
@@ -56,6 +58,8 @@ class Unrolled:
     pixel: Floats
     open: Bools
     step_mm: float
+    camera_mm: Floats
+    projector_mm: Floats
 
     def sampled(self, image: Floats, *, order: Literal[0, 1]) -> Floats:
         """(rows, columns) values of a camera image (h, w) at the cells; of order 0 or 1, 0 outside."""
@@ -67,8 +71,10 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
 
     Hidden is what lies behind another cell, for the camera or for the projector. O(cells).
     """
-    T_camera_part = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction))
+    T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
+    T_camera_part = np.linalg.inv(T_part_camera)
     to_camera = -T_camera_part[:3, :3].T @ T_camera_part[:3, 3]
+    to_projector = T_part_camera[:3, :3] @ rig.projector_centre_mm + T_part_camera[:3, 3]
     line = polyline_of(generatrix)
     half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
     step = max(float(np.linalg.norm(to_camera)) / rig.camera.fx, float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
@@ -82,7 +88,8 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     lit, _ = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
     solid = ndimage.binary_closing(seen & lit, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
-    return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, seen & lit & inner, step)
+    reached = seen & lit & inner
+    return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, reached, step, to_camera, to_projector)
 
 
 def _places(line: Polyline, step: float) -> tuple[Floats, Floats]:

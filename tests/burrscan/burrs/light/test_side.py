@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.side import Looks, side_of
 from burrscan.burrs.light.unrolled import Unrolled
-from burrscan.inspection import Axis
-from burrscan.rig import Rig, View
 
 PLACES = Path(__file__).parents[3] / "data" / "rendered_places.npz"
 WIDEST_MM = 3.0
@@ -25,11 +24,9 @@ class Rendered:
     cells: Bools
     looks: Looks
     surface: Unrolled
-    axis: Axis
-    rig: Rig
 
     def told(self) -> int:
-        return side_of(self.cells, self.looks, self.surface, self.axis, self.rig, widest_mm=WIDEST_MM)
+        return side_of(self.cells, self.looks, self.surface, widest_mm=WIDEST_MM)
 
 
 def rendered() -> list[Rendered]:
@@ -56,13 +53,13 @@ def _place(of: dict[str, Floats]) -> Rendered:
     z, r = of["zr"][:2]
     looks = Looks(wide(of["light"]), np.tile(parallel, (rows, 1)), wide(of["deviation"]))
     angle = np.linspace(of["angle"][0], of["angle"][1], len(parallel))
+    T_part_camera = T_part_mesh(of["point"], of["direction"])
     surface = Unrolled(
         np.full(rows, z), np.full(rows, r), np.tile([0.0, 1.0], (rows, 1)),
         angle, np.zeros((2, *cells.shape)), np.ones(cells.shape, bool), float(of["step"]),
+        T_part_camera[:3, 3], (T_part_camera @ np.linalg.inv(of["T"]))[:3, 3],
     )  # fmt: skip
-    raster = View(640, 512, 1000.0, 1000.0, 319.5, 255.5)
-    axis = Axis(of["point"], of["direction"], np.zeros((4, 4)), "found")
-    return Rendered(int(of["side"]), cells, looks, surface, axis, Rig(raster, raster, of["T"]))
+    return Rendered(int(of["side"]), cells, looks, surface)
 
 
 def test_no_rendered_place_is_told_wrong_and_most_are_told() -> None:
