@@ -56,3 +56,19 @@ class PoseSpec:
         target = np.array([0.0, 0.0, standoff_mm]) + self.offset_mm
         transform[:3, 3] = target - transform[:3, :3] @ (0.0, 0.0, middle_z_mm)
         return transform
+
+
+def pose_of(T_camera_part: Floats, *, standoff_mm: float, middle_z_mm: float) -> PoseSpec:  # noqa: N803
+    """The specification of a (4, 4) rigid motion from part to camera; its yaw is zero.
+
+    The inverse of :meth:`PoseSpec.T_camera_part`: every motion has one, for spin, elevation and roll are
+    Euler angles about y, x and z of the camera.
+    """
+    turns = Rotation.from_matrix(T_camera_part[:3, :3] @ _UPRIGHT.T)
+    roll, elevation, around = turns.as_euler("ZXY", degrees=True)
+    middle = T_camera_part[:3, :3] @ (0.0, 0.0, middle_z_mm) + T_camera_part[:3, 3]
+    x, y, z = (float(value) for value in middle - (0.0, 0.0, standoff_mm))
+    # the part's own z is the camera's -y at rest
+    return PoseSpec(
+        spin_deg=float(-around), elevation_deg=float(elevation), roll_deg=float(roll), offset_mm=(x, y, z)
+    )

@@ -27,7 +27,7 @@ from scenes.transport.store import stored
 from scenes.transport.trace import trace
 from scenes.transport.world import wheel_shapes
 from scenes.truth import Truth, truth_of
-from scenes.wheel import Wheel, build_wheel
+from scenes.wheel import Cut, Wheel, build_wheel
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,11 @@ class Simulation:
 
 
 def simulate(
-    scene: SceneSpec, *, identity: tuple[int, ...] = (0,), cache_dir: Path | Store | None = None
+    scene: SceneSpec,
+    *,
+    identity: tuple[int, ...] = (0,),
+    cache_dir: Path | Store | None = None,
+    milled: tuple[Cut, ...] = (),
 ) -> Simulation:
     """Build a scene, trace its light once, and gather the truth.
 
@@ -68,6 +72,8 @@ def simulate(
         Identity of the case: fixes every noise stream.
     cache_dir
         Where traced transports are kept for the next time; None keeps none.
+    milled
+        Passes of a mill that has been over the wheel.
 
     Raises
     ------
@@ -77,7 +83,7 @@ def simulate(
     """
     mi = activate()
     clock = [time.perf_counter()]
-    wheel = build_wheel(scene.wheel, scene.burrs, cuts_mm=zone_ends_mm(scene.zone))
+    wheel = build_wheel(scene.wheel, scene.burrs, cuts_mm=zone_ends_mm(scene.zone), milled=milled)
     parts = surface_parts(wheel, scene.finish, burrs=scene.burrs, zones=scene.zone, blemishes=scene.blemish)
     clock.append(time.perf_counter())
     optics = optics_of(scene)
@@ -85,7 +91,7 @@ def simulate(
     bands: dict[Channels, tuple[Light, Hits]] = {}
     for band in BANDS if scene.channels == "rgb" else MONO:
         shapes = wheel_shapes(mi, wheel, pose, parts, channels=band)
-        bands[band] = _light(mi, shapes, parts, optics, scene, band, cache_dir)
+        bands[band] = _light(mi, shapes, parts, optics, scene, band, cache_dir, milled)
     light, hits = bands["green" if scene.channels == "rgb" else "mono"]
     clock.append(time.perf_counter())
     truth = truth_of(scene, wheel=wheel, rig=optics.rig, T_camera_part=pose, hits=hits, light=light)
@@ -123,6 +129,7 @@ def _light(
     scene: SceneSpec,
     band: Channels,
     cache_dir: Path | Store | None,
+    milled: tuple[Cut, ...],
 ) -> tuple[Light, Hits]:
     render = scene.render
     bare = mi.load_dict({"type": "scene", **shapes})
@@ -144,6 +151,7 @@ def _light(
         mi.__version__,
         mi.variant(),
         *([] if band == "mono" else [band]),
+        *map(dataclasses.asdict, milled),
     )
     transport = stored(
         cache_dir,

@@ -10,6 +10,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints32, freeze
 from burrscan.errors import InputError
 from scenes.wheel.carve import carve
+from scenes.wheel.mill import Cut
 from scenes.wheel.outline import Outline, divided, wheel_outline
 from scenes.wheel.revolve import sections_for
 from scenes.wheel.ridge import nick_tool, ridge_tool
@@ -78,6 +79,7 @@ def build_wheel(
     facet_error_mm: float = 0.001,
     sections: int | None = None,
     cuts_mm: Sequence[float] = (),
+    milled: Sequence[Cut] = (),
 ) -> Wheel:
     """Turn the generatrix, unite burrs, cut nicks, and state the truth.
 
@@ -92,9 +94,10 @@ def build_wheel(
         each, so the surface is nowhere off by more than twice this.
     sections
         Number of facets round the circumference; from ``facet_error_mm`` when None.
-
     cuts_mm
         Positions along the axis at which faces shall end, for finishes that do.
+    milled
+        Passes of a mill over the finished wheel. The truth of ``burrs`` stays what it was before them.
 
     Raises
     ------
@@ -107,7 +110,7 @@ def build_wheel(
     count = sections or sections_for(float(outline.curve_zr[:, 1].max()), chord_error_mm=facet_error_mm)
     chosen = tuple(spec.burr if burrs is None else burrs)
     tools = tuple(_tool(burr, exact, i, 360.0 / count) for i, burr in enumerate(chosen))
-    parts, volumes = carve(outline, tools, sections=count)
+    parts, volumes = carve(outline, tools, sections=count, cuts=milled)
     return Wheel(
         vertices_mm=np.concatenate([part.points_mm for part in parts]),
         faces=_joined([part.faces for part in parts], [len(part.points_mm) for part in parts]),

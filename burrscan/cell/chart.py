@@ -1,0 +1,124 @@
+"""The part as a map: its surface of revolution divided along the generatrix and around the axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints, freeze
+from burrscan.inspection import Generatrix
+
+AROUND = 120
+"""Cells around the axis: 3 degrees each, so that candidates 3 or more degrees apart are shifts of the map."""
+_ALONG_MM = 3.0
+"""Length of a cell along the generatrix: a burr's, not a pixel's."""
+_SHADOW_GRID_MM = 0.5
+"""Of the part's silhouette along the axis, by which it hides and shades itself."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """S cells along the generatrix, each all around the axis, in the part frame.
+
+    Parameters
+    ----------
+    zr_mm
+        (S, 2) their middles.
+    normals_zr
+        (S, 2) outward unit normals.
+    area_mm2
+        (S,) of one of the :data:`AROUND` cells.
+    silhouette
+        (2, G) positions along the axis and the part's largest radius there.
+
+    """
+
+    zr_mm: Floats
+    normals_zr: Floats
+    area_mm2: Floats
+    silhouette: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, zr_mm=self.zr_mm, normals_zr=self.normals_zr, area_mm2=self.area_mm2)
+        freeze(self, silhouette=self.silhouette)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along and around."""
+        return len(self.zr_mm), AROUND
+
+    @property
+    def angles(self) -> Floats:
+        """(AROUND,) middles of the cells, radians from 0."""
+        return (np.arange(AROUND) + 0.5) * (2.0 * np.pi / AROUND)
+
+    def points_mm(self, cells: Floats) -> Floats:
+        """(S, N, 3) middles of the cells at the angles ``cells`` (N,)."""
+        return _around(self.zr_mm, cells)
+
+    def normals(self, cells: Floats) -> Floats:
+        """(S, N, 3) their outward normals."""
+        return _around(self.normals_zr, cells)
+
+    def cells_of(self, points_mm: Floats, *, within_mm: float = 2.0 * _ALONG_MM) -> tuple[Ints, Ints]:
+        """(N,) cell along, -1 for points that are farther than ``within_mm`` from each, and (N,) around."""
+        zr = np.stack([points_mm[:, 2], np.hypot(points_mm[:, 0], points_mm[:, 1])], axis=1)
+        along = np.empty(len(zr), np.int64)
+        for first in range(0, len(zr), 1 << 15):
+            some = zr[first : first + (1 << 15)]
+            square = ((some[:, None] - self.zr_mm[None]) ** 2).sum(axis=2)
+            nearest = square.argmin(axis=1)
+            far = square[np.arange(len(some)), nearest] > within_mm**2
+            along[first : first + (1 << 15)] = np.where(far, -1, nearest)
+        return along, angle_cells(points_mm)
+
+
+def angle_cells(points_mm: Floats) -> Ints:
+    """(N,) the cells around the axis in which points (N, 3) lie."""
+    angle = np.arctan2(points_mm[:, 1], points_mm[:, 0])
+    return np.asarray(np.floor(angle * (AROUND / (2.0 * np.pi))), np.int64) % AROUND
+
+
+def chart_of(generatrix: Generatrix) -> Chart:
+    """The map of a part from its generatrix in the part frame, its material to the right. O(its length)."""
+    middles, tangents, lengths = [], [], []
+    for z, r in _pieces(generatrix):
+        walked = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(z), np.diff(r)))])
+        count = max(1, round(walked[-1] / _ALONG_MM))
+        ends = np.linspace(0.0, walked[-1], count + 1)
+        corners = np.stack([np.interp(ends, walked, z), np.interp(ends, walked, r)], axis=1)
+        middle = 0.5 * (ends[1:] + ends[:-1])
+        middles.append(np.stack([np.interp(middle, walked, z), np.interp(middle, walked, r)], axis=1))
+        step = np.diff(corners, axis=0)
+        tangents.append(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
+        lengths.append(np.full(count, walked[-1] / count))
+    zr, tangent = np.concatenate(middles), np.concatenate(tangents)
+    area = np.concatenate(lengths) * zr[:, 1] * (2.0 * np.pi / AROUND)
+    return Chart(zr, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), area, _silhouette(generatrix))
+
+
+def _pieces(generatrix: Generatrix) -> list[tuple[Floats, Floats]]:
+    """Connected stretches of two points or more."""
+    known: Bools = np.isfinite(generatrix.z_mm) & np.isfinite(generatrix.r_mm)
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
+    pieces = zip(ends[::2], ends[1::2], strict=True)
+    return [(generatrix.z_mm[a:b], generatrix.r_mm[a:b]) for a, b in pieces if b - a > 1]
+
+
+def _silhouette(generatrix: Generatrix) -> Floats:
+    low, high = np.nanmin(generatrix.z_mm), np.nanmax(generatrix.z_mm)
+    grid = np.arange(low, high + _SHADOW_GRID_MM, _SHADOW_GRID_MM)
+    radius = np.zeros(len(grid))
+    for z, r in _pieces(generatrix):
+        dense = np.linspace(0.0, 1.0, max(2, int(np.hypot(np.ptp(z), np.ptp(r)) / _SHADOW_GRID_MM) * 4))
+        along = np.linspace(0.0, 1.0, len(z))
+        place = np.round((np.interp(dense, along, z) - low) / _SHADOW_GRID_MM).astype(int)
+        np.maximum.at(radius, np.clip(place, 0, len(grid) - 1), np.interp(dense, along, r))
+    return np.stack([grid, radius])
+
+
+def _around(zr: Floats, angles: Floats) -> Floats:
+    z, r = zr[:, :1], zr[:, 1:]
+    shape = (len(zr), len(angles))
+    return np.stack([r * np.cos(angles), r * np.sin(angles), np.broadcast_to(z, shape)], axis=-1)

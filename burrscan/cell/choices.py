@@ -1,0 +1,98 @@
+"""Where the scanner may stand: a few poses of the arm, each with every turn of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.cell.chart import AROUND, Chart
+from burrscan.cell.outlook import Outlook, outlook
+from burrscan.cell.station import Stand, Station, turned
+from burrscan.rig import Rig
+
+ELEVATIONS_DEG = (32.0, 10.0, 55.0)
+"""Of the camera above the table, the first look's first: it sees the side and the upper face."""
+ROLLS_DEG = (0.0, 90.0)
+"""Of the camera about its axis: a flank may mirror the part inside one epipolar plane, not inside both."""
+TURN_DEG = 15.0
+"""Between turns of the table: five cells of the chart."""
+FLANK_DEG = 50.0
+"""Lean of a burr's flanks from the surface: half way from lying to upright, and a little more."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One pose of the arm, and what it shows while the table is not turned."""
+
+    T_base_camera: Floats
+    surface: Outlook
+    flanks: tuple[Outlook, Outlook]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One pose of the arm (its number) and one turn of the table."""
+
+    arm: int
+    turn_deg: float
+
+    @property
+    def cells(self) -> int:
+        """By how many cells of the chart the table turns the part."""
+        return round(self.turn_deg * AROUND / 360.0)
+
+
+def arm_poses(station: Station) -> tuple[Floats, ...]:
+    """(4, 4) poses of the camera that face the part's middle from the arm's side."""
+    middle = station.T_base_plate[:3, :3] @ station.middle_mm + station.T_base_plate[:3, 3]
+    # the arm's shoulder is the base's origin: the part is seen from there
+    towards = np.arctan2(middle[1], middle[0])
+    return tuple(
+        _facing(middle, towards, elevation, roll, station.standoff_mm)
+        for roll in ROLLS_DEG
+        for elevation in ELEVATIONS_DEG
+    )
+
+
+def all_choices(poses: Sequence[Floats]) -> tuple[Choice, ...]:
+    """Every pose of the arm with every turn of the table, the first look's pose first."""
+    turns = np.arange(0.0, 360.0, TURN_DEG)
+    return tuple(Choice(arm, float(turn)) for arm in range(len(poses)) for turn in turns)
+
+
+def stand_of(choice: Choice, poses: Sequence[Floats]) -> Stand:
+    """The stand that a choice means."""
+    return Stand(choice.turn_deg, poses[choice.arm])
+
+
+def outlooks(
+    chart: Chart, rig: Rig, station: Station, poses: Sequence[Floats], T_plate_part: Floats  # noqa: N803
+) -> tuple[Arm, ...]:
+    """What each pose of the arm shows of the part as it stands. O(poses × cells)."""
+    T_base_part = turned(station.T_base_plate, 0.0) @ T_plate_part
+    arms = []
+    for pose in poses:
+        T_camera_part = np.linalg.inv(pose) @ T_base_part
+        views = [
+            outlook(chart, rig, T_camera_part, chart.angles, lean_deg=lean)
+            for lean in (0.0, -FLANK_DEG, FLANK_DEG)
+        ]
+        arms.append(Arm(pose, views[0], (views[1], views[2])))
+    return tuple(arms)
+
+
+def _facing(middle: Floats, towards: float, elevation_deg: float, roll_deg: float, away_mm: float) -> Floats:
+    elevation, roll = np.radians(elevation_deg), np.radians(roll_deg)
+    forward = np.array(
+        [np.cos(elevation) * np.cos(towards), np.cos(elevation) * np.sin(towards), -np.sin(elevation)]
+    )
+    level = np.array([np.sin(towards), -np.cos(towards), 0.0])
+    down = np.cross(forward, level)
+    right = np.cos(roll) * level + np.sin(roll) * down
+    transform = np.eye(4)
+    transform[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
+    transform[:3, 3] = middle - away_mm * forward
+    return transform

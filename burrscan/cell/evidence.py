@@ -1,0 +1,257 @@
+"""Burrs called in several looks, joined before anything is decided."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints
+from burrscan.axis.basis import T_part_mesh
+from burrscan.cell.belief import SURE
+from burrscan.cell.chart import Chart
+from burrscan.inspection import Axis, Burr, Value
+
+FALSE_CALLS = 0.07
+"""Calls per look that are no burr, blemishes included: 8 on 120 wheels of the suite ``standard`` (three are
+on bright spots). Here a look's calls that no other look confirms are measured against it."""
+_SAME_MM = 3.0
+"""Calls of one burr lie this near each other across it: more than the robot's word leaves open."""
+_LITTLE = 0.3
+"""A look that would have found a burr there with less probability says nothing by its silence."""
+_SIDE_RIGHT = 0.97
+"""Share of calls in one look whose side is right (``standard``: 71 of 72)."""
+_OBLIQUE_DEG = 45.0
+"""Seen under more than this, a burr hides what is behind it by more than its own height: heights of such
+looks were off by up to 4 mm, those of others by 0.2 (docs/cell.md)."""
+_UNFACED = 0.25
+"""Worth, in burrs, of facing one that is known and was seen obliquely only: its size, and often its side."""
+_CERTAIN = 0.5
+"""A burr is called from this probability on."""
+_SUSPICIOUS = (0.02, 0.98)
+"""Between these a place is worth another look."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """A burr called in one look.
+
+    Parameters
+    ----------
+    look
+        Which.
+    burr
+        As it was called.
+    T_plate_burr
+        (4, 4) its pose over the plate.
+    slope_deg
+        Angle between the surface's normal there and the camera.
+
+    """
+
+    look: int
+    burr: Burr
+    T_plate_burr: Floats
+    slope_deg: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """Calls of one place, and what they come to.
+
+    Parameters
+    ----------
+    calls
+        One or more, of different looks mostly.
+    chances
+        (n,) per look of the cell the probability that it would have found a burr there.
+    probability
+        That a burr is there.
+    burr
+        Joined, in the frame of the plate, its angle and extent in the part's.
+
+    """
+
+    calls: tuple[Call, ...]
+    chances: Floats
+    probability: float
+    burr: Burr
+
+    @property
+    def certain(self) -> bool:
+        """Whether it is called."""
+        return self.probability >= _CERTAIN
+
+    @property
+    def faced(self) -> bool:
+        """Whether a look that called it saw it from a direction that tells sizes and sides."""
+        return min(call.slope_deg for call in self.calls) <= _OBLIQUE_DEG
+
+    @property
+    def suspicion(self) -> float:
+        """What another look is worth, in burrs; 0 where the place is settled."""
+        low, high = _SUSPICIOUS
+        doubt = self.probability * (1.0 - self.probability) if low < self.probability < high else 0.0
+        return doubt if self.faced else doubt + _UNFACED * self.probability
+
+
+def joined(
+    calls: Sequence[Call],
+    *,
+    axis: Axis,
+    chart: Chart,
+    chances: Floats,
+    burrs: float,
+) -> tuple[Place, ...]:
+    """Calls of all looks by place, with the probability that a burr is there.
+
+    A real burr is called in each look that would have found it; a false call comes of noise, and is called
+    in one look, or of a blemish, and is called from some sides. The odds are those of the two rates.
+
+    Parameters
+    ----------
+    calls
+        Of every look, their poses settled.
+    axis
+        In the frame of the plate.
+    chart
+        The part.
+    chances
+        (n, S, AROUND) probability that each look would have found a burr in each cell.
+    burrs
+        Expected number on the part.
+
+    Notes
+    -----
+    O(calls²).
+
+    """
+    frame = T_part_mesh(axis.point_mm, axis.direction)
+    groups = _groups(calls, frame)
+    return tuple(_place([calls[i] for i in group], frame, chart, chances, burrs) for group in groups)
+
+
+def _groups(calls: Sequence[Call], frame: Floats) -> list[list[int]]:
+    """Calls that overlap, the most significant first; a look has one call in a group."""
+    order = sorted(range(len(calls)), key=lambda i: -calls[i].burr.significance)
+    groups: list[list[int]] = []
+    for i in order:
+        near = [
+            group
+            for group in groups
+            if calls[i].look not in {calls[j].look for j in group} and _same(calls[group[0]], calls[i], frame)
+        ]
+        if near:
+            min(near, key=lambda group: _apart(calls[group[0]], calls[i], frame)).append(i)
+        else:
+            groups.append([i])
+    return groups
+
+
+def _same(one: Call, other: Call, frame: Floats) -> bool:
+    reach = _SAME_MM + 0.5 * max(one.burr.width_mm.value, other.burr.width_mm.value)
+    return _apart(one, other, frame) < reach
+
+
+def _apart(one: Call, other: Call, frame: Floats) -> float:
+    """Distance across the burrs, mm: of the middle of the shorter from the line of the longer."""
+    long, short = sorted((one, other), key=lambda call: -call.burr.length_mm.value)
+    step = np.linalg.inv(long.T_plate_burr) @ short.T_plate_burr[:, 3]
+    along = max(abs(float(step[0])) - 0.5 * float(long.burr.length_mm.value), 0.0)
+    return float(np.linalg.norm([along, *step[1:3]]))
+
+
+def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs: float) -> Place:
+    chance = np.max([_chance(call, frame, chart, chances) for call in calls], axis=0)
+    called = np.zeros(len(chances), np.bool_)
+    called[[call.look for call in calls]] = True
+    chance = np.where(called, np.maximum(chance, _LITTLE), chance)
+    silent = ~called & (chance >= _LITTLE)
+    real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
+    # a false call has that many looks to arise in; what confirms it must be false as well, from a
+    # blemish that is there, so that it is confirmed as often as not
+    false = np.log(FALSE_CALLS * max(len(chances), 1)) + (called.sum() - 1 + silent.sum()) * np.log(0.5)
+    probability = float(1.0 / (1.0 + np.exp(np.clip(false - real, -50.0, 50.0))))
+    return Place(tuple(calls), chance, probability, _burr(calls, frame))
+
+
+def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:
+    """(n,) per look the mean chance over the cells that the burr crosses."""
+    half = 0.5 * call.burr.length_mm.value
+    along = np.linspace(-half, half, 7)
+    points = call.T_plate_burr[:3, 3] + along[:, None] * call.T_plate_burr[:3, 0]
+    points = points @ frame[:3, :3].T + frame[:3, 3]
+    cell, around = chart.cells_of(points, within_mm=10.0)
+    known: Ints = np.flatnonzero(cell >= 0)
+    if not len(known):
+        return np.zeros(len(chances))
+    return np.asarray(chances[:, cell[known], around[known]].mean(axis=1))
+
+
+def _burr(calls: list[Call], frame: Floats) -> Burr:
+    """One burr of several calls: sides by vote, sizes by weight, place and extent of the fullest view."""
+    faced = _facing(calls)
+    side = _side(faced)
+    sided = [call for call in faced if call.burr.side == side]
+    strong = max(call.burr.significance for call in sided)
+    full = max(
+        (call for call in sided if call.burr.significance >= 0.5 * strong),
+        key=lambda call: call.burr.length_mm.value,
+    )
+    T_part_burr = frame @ full.T_plate_burr
+    middle = T_part_burr[:3, 3]
+    shift = float(middle[2]) - 0.5 * (full.burr.z_start_mm.value + full.burr.z_end_mm.value)
+    start, end = (
+        Value(value.value + shift, value.sigma) for value in (full.burr.z_start_mm, full.burr.z_end_mm)
+    )
+    return replace(
+        full.burr,
+        side=side,
+        angle_deg=Value(float(np.degrees(np.arctan2(middle[1], middle[0]))), full.burr.angle_deg.sigma),
+        z_start_mm=start,
+        z_end_mm=end,
+        height_mm=_weighted([call.burr.height_mm for call in sided]),
+        width_mm=_weighted([call.burr.width_mm for call in sided]),
+        area_mm2=_weighted([call.burr.area_mm2 for call in sided]),
+        volume_mm3=_weighted([call.burr.volume_mm3 for call in sided]),
+        T_mesh_burr=full.T_plate_burr,
+        significance=float(np.sqrt(sum(call.burr.significance**2 for call in sided))),
+    )
+
+
+def _facing(calls: list[Call]) -> list[Call]:
+    """The calls whose looks tell sizes; where none does, the least oblique one."""
+    faced = [call for call in calls if call.slope_deg <= _OBLIQUE_DEG]
+    return faced or [min(calls, key=lambda call: call.slope_deg)]
+
+
+def _side(calls: list[Call]) -> str:
+    """By odds: each look is right with the same probability, but a faint call weighs less than a clear one."""
+    clear = max(call.burr.significance for call in calls)
+    odds = np.log(_SIDE_RIGHT / (1.0 - _SIDE_RIGHT))
+    vote = sum(
+        odds * call.burr.significance / clear * (1.0 if call.burr.side == "protrusion" else -1.0)
+        for call in calls
+    )
+    return "protrusion" if vote >= 0.0 else "nick"
+
+
+def _weighted(values: list[Value]) -> Value:
+    """Mean by inverse variance, with the scatter between looks beside the stated one (DerSimonian 1986)."""
+    value = np.array([v.value for v in values])
+    sigma = np.array([v.sigma for v in values])
+    known = np.isfinite(value) & np.isfinite(sigma) & (sigma > 0.0)
+    if not known.any():
+        return values[0]
+    value, variance = value[known], sigma[known] ** 2
+    weight = 1.0 / variance
+    mean = float((weight * value).sum() / weight.sum())
+    excess = float((weight * (value - mean) ** 2).sum()) - (len(value) - 1)
+    spread = weight.sum() - (weight**2).sum() / weight.sum()
+    between = max(excess / spread, 0.0) if spread > 0.0 else 0.0
+    weight = 1.0 / (variance + between)
+    return Value(float((weight * value).sum() / weight.sum()), float(np.sqrt(1.0 / weight.sum())))
+
+
+__all__ = ["FALSE_CALLS", "SURE", "Call", "Place", "joined"]

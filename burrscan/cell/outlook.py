@@ -1,0 +1,114 @@
+"""What of a part one pose of the scanner would show, by its shape alone, and how the light would fall."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, freeze
+from burrscan.cell.chart import Chart
+from burrscan.rig import Rig
+
+STEEPEST_DEG = 65.0
+"""Surfaces seen or lit under more than this are not counted on: a pixel covers 2.4 times its size there."""
+_STEPS = 48
+"""Along a ray on its way out of the part."""
+_CLEAR_MM = 1.0
+"""A ray this far outside the silhouette is free; the chart's cells are 3 mm long."""
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """Of each cell of a :class:`Chart`, (S, N) for N cells around.
+
+    Parameters
+    ----------
+    seen
+        Whether camera and projector both reach it.
+    tilt_deg
+        Angle between its normal and the middle of the directions to camera and projector: where it is zero,
+        the cell mirrors the projector into the camera.
+    slope_deg
+        Angle between its normal and the camera.
+
+    """
+
+    seen: Bools
+    tilt_deg: Floats
+    slope_deg: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, seen=self.seen, tilt_deg=self.tilt_deg, slope_deg=self.slope_deg)
+
+
+def outlook(
+    chart: Chart,
+    rig: Rig,
+    T_camera_part: Floats,  # noqa: N803 (T_target_source)
+    angles: Floats,
+    *,
+    lean_deg: float = 0.0,
+) -> Outlook:
+    """What a pose shows of the cells at ``angles`` (N,).
+
+    Parameters
+    ----------
+    chart, rig, T_camera_part
+        The part, the scanner, and the pose.
+    angles
+        Of cells around the axis, radians.
+    lean_deg
+        Of a flank: its normal is the surface's, leant over towards growing angles by so much.
+
+    Notes
+    -----
+    O(S N steps). The part hides and shades itself by its silhouette: undercuts count as filled.
+
+    """
+    points, normals = chart.points_mm(angles), chart.normals(angles)
+    if lean_deg:
+        lean = np.radians(lean_deg)
+        around = np.stack([-np.sin(angles), np.cos(angles), np.zeros_like(angles)], axis=1)
+        normals = np.cos(lean) * normals + np.sin(lean) * around[None]
+    turn, shift = T_camera_part[:3, :3], T_camera_part[:3, 3]
+    seen_by = points @ turn.T + shift
+    part_from_camera = np.linalg.inv(T_camera_part)
+    eyes = [
+        part_from_camera[:3, :3] @ centre + part_from_camera[:3, 3]
+        for centre in (np.zeros(3), rig.projector_centre_mm)
+    ]
+    ways = [eye - points for eye in eyes]
+    ways = [way / np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
+    cosines = [(way * normals).sum(axis=-1) for way in ways]
+    seen = np.minimum(*cosines) > np.cos(np.radians(STEEPEST_DEG))
+    seen &= _inside(rig.camera.project(seen_by), rig.camera.shape)
+    seen &= _inside(rig.correspond(seen_by), rig.projector.shape)
+    for way in ways:
+        seen[seen] = _free(chart, points[seen], way[seen])
+    half = ways[0] + ways[1]
+    half /= np.linalg.norm(half, axis=-1, keepdims=True)
+    return Outlook(seen, _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0]))
+
+
+def _inside(pixels: Floats, shape: tuple[int, int]) -> Bools:
+    u, v = pixels[..., 0], pixels[..., 1]
+    with np.errstate(invalid="ignore"):
+        return np.asarray((u >= 0) & (v >= 0) & (u <= shape[1] - 1) & (v <= shape[0] - 1))
+
+
+def _free(chart: Chart, points: Floats, ways: Floats) -> Bools:
+    """(M,) whether rays from points (M, 3) leave the part."""
+    reach = 2.0 * float(chart.silhouette[1].max()) + float(np.ptp(chart.silhouette[0]))
+    # steps grow with the distance: what hides a point is mostly the next step of the wheel
+    distance = reach * (np.arange(1, _STEPS + 1) / _STEPS) ** 2
+    free = np.ones(len(points), np.bool_)
+    for step in distance:
+        at = points + step * ways
+        limit = np.interp(at[:, 2], *chart.silhouette, left=0.0, right=0.0)
+        free &= np.hypot(at[:, 0], at[:, 1]) > np.minimum(limit, np.inf) - _CLEAR_MM
+    return free
+
+
+def _degrees(cosine: Floats) -> Floats:
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))

@@ -1,0 +1,64 @@
+"""The next look is the one that is expected to find most per second (Stone, Theory of Optimal Search, 1975)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.cell.belief import SURE, Belief, shifted
+from burrscan.cell.choices import Arm, stand_of
+from burrscan.cell.planners.known import Known
+from burrscan.cell.positioner import seconds
+from burrscan.cell.station import turned
+
+LOOK_S = 4.0
+"""Of a look itself: 60 frames at about 15 a second."""
+
+
+def expected(known: Known) -> list[int]:
+    """Numbers of the choices, best first.
+
+    What a look is worth is the number of burrs that it would show for the first time: over cells, how many
+    there may be times what is left times the probability that the cell is in sight, answers (learnt by the tilt of its
+    normal from the looks so far), and is found. A suspicious place counts in the same currency, where one of
+    its flanks is in sight and answers. O(choices × cells).
+    """
+    if known.belief is None or known.chart is None:
+        return list(range(len(known.choices)))
+    chart, belief = known.chart, known.belief
+    area = known.burrs * chart.area_mm2[:, None] / float(chart.area_mm2.sum() * chart.shape[1])
+    worth = [area * _finds(arm, belief) for arm in known.arms]
+    proof = [_shows_flank(arm, belief) for arm in known.arms]
+    now = _poses(known, known.taken[-1])
+    value = np.empty(len(known.choices))
+    for number, choice in enumerate(known.choices):
+        gain = (shifted(worth[choice.arm], -choice.cells) * belief.left).sum()
+        gain += (shifted(proof[choice.arm], -choice.cells) * belief.suspicion).sum()
+        value[number] = gain / (LOOK_S + _seconds(known, now, _poses(known, number)))
+    value[list(known.taken)] = -np.inf
+    return [int(number) for number in np.argsort(-value, kind="stable")]
+
+
+def _finds(arm: Arm, belief: Belief) -> Floats:
+    """(S, around) probability that a look finds what lies in a cell."""
+    return np.where(arm.surface.seen, SURE * belief.answer(arm.surface.tilt_deg), 0.0)
+
+
+def _shows_flank(arm: Arm, belief: Belief) -> Floats:
+    """(S, around) probability that a flank of what stands in a cell answers."""
+    dark = [np.where(flank.seen, 1.0 - belief.answer(flank.tilt_deg), 1.0) for flank in arm.flanks]
+    return np.where(arm.surface.seen, 1.0 - dark[0] * dark[1], 0.0)
+
+
+def _poses(known: Known, number: int) -> tuple[Floats, Floats]:
+    """The table's pose and the camera's."""
+    station, choice = known.station, known.choices[number]
+    pose = known.arms[choice.arm].T_base_camera
+    return turned(station.T_base_plate, choice.turn_deg), stand_of(choice, [pose] * (choice.arm + 1)).T_base_camera
+
+
+def _seconds(known: Known, here: tuple[Floats, Floats], there: tuple[Floats, Floats]) -> float:
+    station = known.station
+    return max(
+        seconds(station.table.sheet, here[0], there[0]), seconds(station.arm.sheet, here[1], there[1])
+    )

@@ -1,0 +1,196 @@
+"""From a burr to the path of a mill that takes it off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints, freeze
+from burrscan.axis.basis import T_part_mesh
+from burrscan.errors import InputError
+from burrscan.generatrix.deviation import feet_of
+from burrscan.generatrix.polyline import Polyline, polyline_of
+from burrscan.inspection import Axis, Burr, Generatrix
+
+_STEP_MM = 1.0
+"""Between stations along the burr."""
+_OVERRUN_MM = 1.0
+"""The mill goes on for so long behind both ends of the burr, whose extent is known to about as much."""
+_UNDER_MM = 0.02
+"""How far the mill's rim may reach under the fitted surface: beside a step, it stays away from the wall."""
+_RIM = 16
+"""Places on the mill's rim that are tried."""
+_LANE = 1.5
+"""Distance of neighbouring lanes in radii of the mill: they overlap by a quarter of it."""
+
+
+@dataclass(frozen=True)
+class ToolPath:
+    """A path over one burr, in whatever frame the burr was given in.
+
+    Parameters
+    ----------
+    stations
+        (N, 4, 4) poses of the tool along the final pass: origin in the middle of the mill's end, z out of
+        the part, x along the feed. Lanes follow each other, every other one backwards.
+    lane
+        (N,) number of the lane.
+    passes_mm
+        Heights over the surface at which the stations are gone through, the last one 0.
+    approach_mm
+        Height over the surface from which the mill comes and to which it retreats.
+    feed_mm_s
+        Along the path.
+    covered
+        Share of the burr's length that the mill reaches; walls beside it may keep it away from an end.
+
+    """
+
+    stations: Floats
+    lane: Ints
+    passes_mm: tuple[float, ...]
+    approach_mm: float
+    feed_mm_s: float
+    covered: float
+
+    def __post_init__(self) -> None:
+        freeze(self, stations=self.stations, lane=self.lane)
+
+    @property
+    def length_mm(self) -> float:
+        """Of one pass."""
+        return float(np.linalg.norm(np.diff(self.stations[:, :3, 3], axis=0), axis=1).sum())
+
+
+def tool_path(
+    burr: Burr,
+    *,
+    axis: Axis,
+    generatrix: Generatrix,
+    radius_mm: float,
+    bite_mm: float = 0.4,
+    approach_mm: float = 20.0,
+    feed_mm_s: float = 10.0,
+) -> ToolPath:
+    """The path that takes a burr off down to the fitted surface.
+
+    Parameters
+    ----------
+    burr
+        A protrusion, its pose in the frame of ``axis``.
+    axis, generatrix
+        Of the part.
+    radius_mm
+        Of the mill.
+    bite_mm
+        Height of metal that one pass takes; the last two passes are at the surface, for the second cuts what
+        the mill gave way to in the first.
+    approach_mm, feed_mm_s
+        As in :class:`ToolPath`.
+
+    Raises
+    ------
+    InputError
+        For a nick, which no mill puts right, a burr without a pose, and one that the mill cannot reach.
+
+    Notes
+    -----
+    O(stations × generatrix).
+
+    """
+    if burr.side != "protrusion":
+        raise InputError("a nick is metal that is missing: a mill takes off protrusions only")
+    if not np.isfinite(burr.T_mesh_burr).all():
+        raise InputError("the burr has no pose (T_mesh_burr): choose a burr method that states one")
+    frame = T_part_mesh(axis.point_mm, axis.direction)
+    line = polyline_of(generatrix)
+    T_part_burr = frame @ burr.T_mesh_burr
+    half = 0.5 * burr.length_mm.value + _OVERRUN_MM
+    along = np.linspace(-half, half, max(2, int(np.ceil(2.0 * half / _STEP_MM)) + 1))
+    stations, lanes, free_middle = [], [], np.zeros(len(along), np.bool_)
+    for number, across in enumerate(_lanes(burr, radius_mm)):
+        poses, on_part = _stations(T_part_burr, line, along, across)
+        free = on_part & _clear(poses, line, radius_mm)
+        free_middle |= free
+        kept = poses[free] if number % 2 == 0 else poses[free][::-1]
+        stations.append(kept)
+        lanes.append(np.full(len(kept), number))
+    found = np.concatenate(stations)
+    if len(found) < 2:  # noqa: PLR2004 (a path has two ends)
+        raise InputError(
+            f"a mill of {radius_mm:g} mm radius reaches the burr nowhere without cutting the part: take a "
+            "smaller one"
+        )
+    back = np.linalg.inv(frame)
+    on_burr = np.abs(along) <= half - _OVERRUN_MM
+    return ToolPath(
+        stations=back @ found,
+        lane=np.concatenate(lanes),
+        passes_mm=_passes(burr, bite_mm),
+        approach_mm=approach_mm,
+        feed_mm_s=feed_mm_s,
+        covered=float(free_middle[on_burr].mean()) if on_burr.any() else 0.0,
+    )
+
+
+def _passes(burr: Burr, bite_mm: float) -> tuple[float, ...]:
+    """Heights of the passes: down to the surface in bites, and once more."""
+    high = burr.height_mm.value + 2.0 * (burr.height_mm.sigma if np.isfinite(burr.height_mm.sigma) else 0.0)
+    steps = max(1, int(np.ceil(high / bite_mm)))
+    return (*np.linspace(high - high / steps, 0.0, steps).tolist(), 0.0)
+
+
+def _lanes(burr: Burr, radius_mm: float) -> Floats:
+    """Offsets across the burr, mm: enough lanes for its base and for what leans over it."""
+    wide = burr.width_mm.value + burr.height_mm.value
+    count = max(1, int(np.ceil(wide / (_LANE * radius_mm))))
+    return (np.arange(count) - 0.5 * (count - 1)) * _LANE * radius_mm
+
+
+def _stations(
+    T_part_burr: Floats, line: Polyline, along: Floats, across: float  # noqa: N803 (T_target_source)
+) -> tuple[Floats, Bools]:
+    """(N, 4, 4) on the surface, the burr's own line followed along the meridian and around the axis.
+
+    And (N,) whether there is a surface.
+    """
+    x, y, z = T_part_burr[:3, 3]
+    r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
+    radial = np.array([np.cos(angle), np.sin(angle), 0.0])
+    around = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    step = along[:, None] * T_part_burr[:3, 0] + across * T_part_burr[:3, 1]
+    # walked on the surface of revolution: what goes around goes around at this radius
+    angles = angle + step @ around / max(r, 1e-6)
+    foot = feet_of(z + step[:, 2], r + step @ radial, line)
+    on_part = foot.valid
+    at = line.nodes_mm[line.starts[foot.segment]] + foot.t[:, None] * line.steps_mm[foot.segment]
+    normal = line.normals[foot.segment]
+    cosine, sine = np.cos(angles), np.sin(angles)
+    on = np.stack([at[:, 1] * cosine, at[:, 1] * sine, at[:, 0]], axis=1)
+    out = np.stack([normal[:, 1] * cosine, normal[:, 1] * sine, normal[:, 0]], axis=1)
+    turned = np.stack([-sine, cosine, np.zeros_like(sine)], axis=1)
+    feed = (T_part_burr[:3, 0] @ around) * turned + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
+    feed = feed + (T_part_burr[:3, 0] @ radial) * np.cross(turned, [0.0, 0.0, 1.0])
+    return _poses(on, out, feed), on_part
+
+
+def _poses(origins: Floats, z_axes: Floats, feed: Floats) -> Floats:
+    x_axes = feed - (z_axes * feed).sum(axis=1, keepdims=True) * z_axes
+    x_axes /= np.linalg.norm(x_axes, axis=1, keepdims=True)
+    poses = np.tile(np.eye(4), (len(origins), 1, 1))
+    poses[:, :3, :3] = np.stack([x_axes, np.cross(z_axes, x_axes), z_axes], axis=2)
+    poses[:, :3, 3] = origins
+    return poses
+
+
+def _clear(poses: Floats, line: Polyline, radius_mm: float) -> Bools:
+    """(N,) whether the mill's rim stays out of the part."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _RIM, endpoint=False)
+    rim = radius_mm * np.stack([np.cos(turn), np.sin(turn), np.zeros(_RIM)], axis=1)
+    points = np.einsum("nij,mj->nmi", poses[:, :3, :3], rim) + poses[:, None, :3, 3]
+    flat = points.reshape(-1, 3)
+    foot = feet_of(flat[:, 2], np.hypot(flat[:, 0], flat[:, 1]), line)
+    # beyond the curve's ends nothing is known to be there
+    deep = np.where(foot.valid, foot.distance_mm, np.inf).reshape(len(poses), _RIM)
+    return np.asarray((deep > -_UNDER_MM).all(axis=1))

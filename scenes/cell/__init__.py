@@ -1,0 +1,1 @@
+"""A simulated cell: an arm that carries the scanner and a mill, a turntable that carries the part."""
