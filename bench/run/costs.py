@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.cell.spec import cell_from
 from bench.suites.case import Case
 from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, Variant
@@ -135,6 +136,11 @@ def megapixels(suite: Suite, case: Case) -> float:
     if suite.source == "mesh":
         spec = mesh_from(case.document, source=case.id)
         return spec.around * spec.along * 1e-6
+    if suite.source == "cell":
+        cell = cell_from(case.document, source=case.id)
+        rows, columns = cell.scene.rig.rig().camera.shape
+        # each burr that is removed takes about three looks and one afterwards
+        return rows * columns * (cell.task.looks + 4 * cell.task.remove) * 1e-6
     rows, columns = scene_from(case.document, source=case.id).rig.rig().camera.shape
     return rows * columns * 1e-6
 

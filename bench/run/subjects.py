@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.budget.budget import Budget, mesh_budget, scan_budget
+from bench.cell.spec import cell_from
+from bench.cell.story import keep, told
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
 from bench.run.job import Job
 from bench.score.evidence import Evidence
@@ -98,7 +100,30 @@ def mesh_subject(_job: Job, case: Case, folder: Path) -> Subject:
     return look
 
 
-SUBJECTS: dict[Source, Callable[[Job, Case, Path], Subject]] = {"scene": scene_subject, "mesh": mesh_subject}
+def cell_subject(job: Job, case: Case, folder: Path) -> Subject:
+    """A scene in a cell; every pipeline begins anew, for the part is not the same when it is done."""
+    start = time.perf_counter()
+    cell, identity = cell_from(case.document, source=case.id), entropy(case.identity)
+
+    def look(pipeline: Pipeline) -> Look:
+        story = told(cell, pipeline, identity=identity, cache_dir=_place(job))
+        evidence = story.evidence
+
+        def kept(where: Path, variant: str) -> None:
+            save_mesh_truth(folder, evidence.truth, story.vertices_mm)
+            save_mesh_variant(where, variant, evidence, story.vertices_mm, story.faces)
+            keep(story, where, variant)
+
+        return Look(evidence, {"cell": time.perf_counter() - start}, kept, dict)
+
+    return look
+
+
+SUBJECTS: dict[Source, Callable[[Job, Case, Path], Subject]] = {
+    "scene": scene_subject,
+    "mesh": mesh_subject,
+    "cell": cell_subject,
+}
 """By a suite's source, how a case is made."""
 
 

@@ -30,7 +30,8 @@ class Metric:
         behind every error, where there is none; NaN for what is neither good nor bad.
     needs
         ``scan`` where ``measure`` takes :class:`bench.score.Evidence`, which a mesh that nobody scanned has
-        not; ``part`` where a :class:`bench.score.part.PartEvidence` will do.
+        not; ``cell`` where it takes :class:`bench.score.cell.CellEvidence`; ``part`` where a
+        :class:`bench.score.part.PartEvidence` will do.
 
     """
 
@@ -42,7 +43,7 @@ class Metric:
     source: str
     measure: Callable[[Any], float]
     on_failure: float
-    needs: Literal["scan", "part"] = "scan"
+    needs: Literal["scan", "part", "cell"] = "scan"
 
     @property
     def description(self) -> str:

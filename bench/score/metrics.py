@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 
-from bench.score import blemishes, burrs, scan, shape
+from bench.score import blemishes, burrs, cell, scan, shape
 from bench.score.evidence import Evidence
 from bench.score.metric import Metric
 from bench.score.part import MeshEvidence
@@ -66,10 +66,31 @@ _PART = (
     Metric("burr_extent_mm", "Burr extent", "mm", "lower", 1, _OURS, burrs.burr_extent_mm, math.inf),
     Metric("false_calls", "False calls", "count", "lower", 1, _POD, burrs.false_calls, math.inf),
 )
-_ALL = (*_SCAN, *(replace(metric, needs="part") for metric in _PART), *_BLEMISHES)
+_CELL = (
+    Metric("looks", "Looks", "count", "lower", 1, _OURS, cell.looks, math.inf),
+    Metric("part_coverage", "Part covered", "1", "higher", 1, _OURS, cell.part_coverage, 0.0),
+    Metric("burr_left", "Said to be left", "1", "lower", 1, _OURS, cell.burr_left, math.nan),
+    Metric("found_by_look", "Found by look", "1", "higher", 1, _OURS, cell.found_by_look, 0.0),
+    Metric("axis_gain", "Axis / best look", "1", "lower", 1, _OURS, cell.axis_gain, math.inf),
+    Metric("servo_converged", "Servo converged", "1", "higher", 1, _OURS, cell.servo_converged, 0.0),
+    Metric("servo_looks", "Servo looks", "count", "lower", 1, _OURS, cell.servo_looks, math.inf),
+    Metric("servo_mm", "Mill off", "mm", "lower", 1, _OURS, cell.servo_mm, math.inf),
+    Metric("residual_mm", "Residual burr", "mm", "lower", 1, _OURS, cell.residual_mm, math.inf),
+    Metric("gouge_mm", "Gouge", "mm", "lower", 1, _OURS, cell.gouge_mm, math.inf),
+    Metric("verified_mm", "Residual misjudged", "mm", "lower", 1, _OURS, cell.verified_mm, math.inf),
+)
+_ALL = (
+    *_SCAN,
+    *(replace(metric, needs="part") for metric in _PART),
+    *_BLEMISHES,
+    *(replace(metric, needs="cell") for metric in _CELL),
+)
 
 METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
 """Every metric by its name, in the order of tables."""
+
+_KINDS: dict[type, tuple[str, ...]] = {Evidence: ("scan",), MeshEvidence: (), cell.CellEvidence: ("cell",)}
+"""Which metrics an evidence serves, beside those of a part."""
 
 HEADLINE = (
     "coverage", "wrong_rate", "depth_rms_mm", "axis_deg", "axis_offset_mm", "generatrix_rms_mm",
@@ -111,11 +132,11 @@ def measure(evidence: Evidence | MeshEvidence, *, own: Iterable[str] = ()) -> di
 def measure_some(evidence: Evidence | MeshEvidence, names: Iterable[str]) -> dict[str, float]:
     """The metrics of these names."""
     metrics = [metric_named(name) for name in names]
-    scanned = isinstance(evidence, Evidence)
+    fits = {"part", *_KINDS[type(evidence)]}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN marks what is missing and may be compared
         return {
-            metric.name: float(metric.measure(evidence)) if scanned or metric.needs == "part" else math.nan
+            metric.name: float(metric.measure(evidence)) if metric.needs in fits else math.nan
             for metric in metrics
         }
 

@@ -73,6 +73,8 @@ class Servoed:
         Every look.
     burr
         The burr as the last look measured it, its pose in the frame of that look's camera.
+    roll_deg
+        Turn of the flange about the mill.
 
     """
 
@@ -80,6 +82,7 @@ class Servoed:
     why: str
     glances: tuple[Glance, ...]
     burr: Burr | None
+    roll_deg: float = 0.0
 
 
 def servo(
@@ -139,7 +142,7 @@ def servo(
         glances.append(glance)
         expected = _followed(expected, reported @ found.T_mesh_burr, first=number == 0)
         if max(map(abs, glance.off_mm)) <= tolerance_mm and glance.tilt_deg <= _SQUARE_DEG:
-            return Servoed(True, "", tuple(glances), found)
+            return Servoed(True, "", tuple(glances), found, roll)
     off = max(map(abs, glances[-1].off_mm))
     return Servoed(
         False, f"{most} looks leave {off:.3f} mm, more than {tolerance_mm:g}", tuple(glances), found

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from burrscan.arrays import Floats, freeze
 from burrscan.cell.positioner import Positioner
 from burrscan.scanner import Scanner
+
+
+class Spindle(Protocol):
+    """What turns the mill."""
+
+    def start(self) -> None:
+        """From now on the mill cuts."""
+
+    def stop(self) -> None:
+        """It cuts no longer."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +44,8 @@ class Station:
         (3,) about where the part's middle is, in the frame of the plate: from a drawing, or a rule.
     size_mm
         About its largest extent.
+    spindle
+        Of the mill; None where nothing is to be removed.
 
     """
 
@@ -45,6 +58,7 @@ class Station:
     standoff_mm: float
     middle_mm: Floats
     size_mm: float
+    spindle: Spindle | None = None
 
     def __post_init__(self) -> None:
         freeze(self, T_flange_camera=self.T_flange_camera, T_camera_tool=self.T_camera_tool)

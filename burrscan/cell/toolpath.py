@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,14 +10,14 @@ from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
-from burrscan.generatrix.polyline import Polyline, polyline_of
+from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.inspection import Axis, Burr, Generatrix
 
 _STEP_MM = 1.0
 """Between stations along the burr."""
 _OVERRUN_MM = 1.0
 """The mill goes on for so long behind both ends of the burr, whose extent is known to about as much."""
-_UNDER_MM = 0.02
+_UNDER_MM = 0.03
 """How far the mill's rim may reach under the fitted surface: beside a step, it stays away from the wall."""
 _RIM = 16
 """Places on the mill's rim that are tried."""
@@ -56,6 +56,10 @@ class ToolPath:
 
     def __post_init__(self) -> None:
         freeze(self, stations=self.stations, lane=self.lane)
+
+    def placed(self, T: Floats) -> ToolPath:
+        """The path in another frame, by (4, 4) from its own."""
+        return replace(self, stations=T @ self.stations)
 
     @property
     def length_mm(self) -> float:
@@ -110,7 +114,7 @@ def tool_path(
     along = np.linspace(-half, half, max(2, int(np.ceil(2.0 * half / _STEP_MM)) + 1))
     stations, lanes, free_middle = [], [], np.zeros(len(along), np.bool_)
     for number, across in enumerate(_lanes(burr, radius_mm)):
-        poses, on_part = _stations(T_part_burr, line, along, across)
+        poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
         free = on_part & _clear(poses, line, radius_mm)
         free_middle |= free
         kept = poses[free] if number % 2 == 0 else poses[free][::-1]
@@ -149,7 +153,11 @@ def _lanes(burr: Burr, radius_mm: float) -> Floats:
 
 
 def _stations(
-    T_part_burr: Floats, line: Polyline, along: Floats, across: float  # noqa: N803 (T_target_source)
+    T_part_burr: Floats,  # noqa: N803 (T_target_source)
+    line: Polyline,
+    along: Floats,
+    across: float,
+    radius_mm: float,
 ) -> tuple[Floats, Bools]:
     """(N, 4, 4) on the surface, the burr's own line followed along the meridian and around the axis.
 
@@ -164,8 +172,7 @@ def _stations(
     angles = angle + step @ around / max(r, 1e-6)
     foot = feet_of(z + step[:, 2], r + step @ radial, line)
     on_part = foot.valid
-    at = line.nodes_mm[line.starts[foot.segment]] + foot.t[:, None] * line.steps_mm[foot.segment]
-    normal = line.normals[foot.segment]
+    at, normal = _levelled(line, foot, radius_mm)
     cosine, sine = np.cos(angles), np.sin(angles)
     on = np.stack([at[:, 1] * cosine, at[:, 1] * sine, at[:, 0]], axis=1)
     out = np.stack([normal[:, 1] * cosine, normal[:, 1] * sine, normal[:, 0]], axis=1)
@@ -173,6 +180,33 @@ def _stations(
     feed = (T_part_burr[:3, 0] @ around) * turned + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
     feed = feed + (T_part_burr[:3, 0] @ radial) * np.cross(turned, [0.0, 0.0, 1.0])
     return _poses(on, out, feed), on_part
+
+
+def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Floats]:
+    """(N, 2) places on the curve and (N, 2) normals as a mill feels them: medians over its own width.
+
+    Segments of the curve are shorter than their noise lets them lean rightly, and the mill's end is a plane:
+    the medians follow the longer of two faces at a corner.
+    """
+    middles = line.nodes_mm[line.starts] + 0.5 * line.steps_mm
+    at = line.nodes_mm[line.starts[foot.segment]] + foot.t[:, None] * line.steps_mm[foot.segment]
+    normals = np.empty_like(at)
+    for number, place in enumerate(at):
+        near = np.hypot(*(middles - place).T) <= max(radius_mm, 2.0 * float(np.median(line.lengths_mm)))
+        middle = line.normals[near].mean(axis=0)
+        lean = np.arctan2(
+            middle[0] * line.normals[near, 1] - middle[1] * line.normals[near, 0], line.normals[near] @ middle
+        )
+        turn = np.median(lean)
+        normal = np.array(
+            [
+                np.cos(turn) * middle[0] - np.sin(turn) * middle[1],
+                np.sin(turn) * middle[0] + np.cos(turn) * middle[1],
+            ]
+        )
+        normals[number] = normal / np.linalg.norm(normal)
+        at[number] = place + np.median((middles[near] - place) @ normals[number]) * normals[number]
+    return at, normals
 
 
 def _poses(origins: Floats, z_axes: Floats, feed: Floats) -> Floats:

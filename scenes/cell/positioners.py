@@ -38,7 +38,7 @@ class SimulatedArm:
     ) -> None:
         self._sheet, self._attained, self._refuse = sheet, attained, refuse
         self.T_true = T_home
-        self.moves = 0
+        self.trace: list[Floats] = []
 
     @property
     def sheet(self) -> PositionerSheet:
@@ -54,7 +54,7 @@ class SimulatedArm:
             )
         self._refuse(T_base_flange)
         self.T_true = self._attained.attained(T_base_flange)
-        self.moves += 1
+        self.trace.append(self.T_true)
         return T_base_flange
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +16,14 @@ from burrscan.rig import Rig
 from burrscan.scanner import Patterns, Scanner
 from scenes.cell.bodies import bodies
 from scenes.cell.errors import AttainedPoses, motion
+from scenes.cell.milling import milled
 from scenes.cell.positioners import SimulatedArm, SimulatedTable
 from scenes.cell.spec import CellSpec
 from scenes.pose import pose_of
 from scenes.scene import SceneSpec
 from scenes.simulate import Simulation, simulate
 from scenes.stores import Store
-from scenes.wheel import Wheel, build_wheel
+from scenes.wheel import Cut, Wheel, build_wheel
 
 _TILT_DEG = 35.0
 """Between the mill and the camera's axis: it comes from above the picture, and the camera sees beside it."""
@@ -87,6 +89,7 @@ class SimulatedCell:
             T_home=home,
             refuse=self._refuse,
         )
+        self.cuts: list[Cut] = []
         self._looks = 0
         self._seen: tuple[Floats, Simulation] | None = None
 
@@ -103,6 +106,7 @@ class SimulatedCell:
             standoff_mm=self.scene.rig.standoff_mm,
             middle_mm=self._told_middle,
             size_mm=self._size_mm,
+            spindle=_Mill(self),
         )
 
     @property
@@ -139,9 +143,17 @@ class SimulatedCell:
                 replace(self.scene, pose=at),
                 identity=(*self._identity, self._looks),
                 cache_dir=self._cache_dir,
+                milled=tuple(self.cuts),
             )
             self._seen = (pose, simulation)
         return self._seen[1]
+
+    def cut_along(self, flanges: Sequence[Floats]) -> None:
+        """The mill has cut while the flange went through these true poses (4, 4), ``T_base_flange``."""
+        T_part_base = np.linalg.inv(self.table.T_true @ self.T_plate_part)
+        tools = T_part_base @ np.array(flanges) @ _MOUNT @ self._tool
+        self.cuts += milled(self.wheel, self.cuts, tools, self.spec.mill)
+        self._seen = None
 
     def _refuse(self, T_base_flange: Floats) -> None:  # noqa: N803
         self._around.refuse_touching(
@@ -155,6 +167,22 @@ class SimulatedCell:
     def _stream(self, source: str) -> np.random.Generator:
         key = (zlib.crc32(f"cell {source}".encode()),)
         return np.random.default_rng(np.random.SeedSequence(self._identity, spawn_key=key))
+
+
+class _Mill:
+    """The spindle: what the arm goes through between start and stop is cut."""
+
+    def __init__(self, cell: SimulatedCell) -> None:
+        self._cell = cell
+        self._since = 0
+
+    def start(self) -> None:
+        self._since = len(self._cell.arm.trace)
+
+    def stop(self) -> None:
+        gone = self._cell.arm.trace[self._since :]
+        if len(gone) > 1:
+            self._cell.cut_along(gone)
 
 
 class _Eye:

@@ -1,0 +1,320 @@
+"""One case of a cell from the first look to the last, and what is kept of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.cell.spec import CellCase
+from bench.score.cell import CellEvidence, LookScore, RemovalScore
+from bench.score.part import MeshEvidence, MeshTruth
+from bench.score.shape import axis_deg
+from burrscan.arrays import Floats, Ints32
+from burrscan.cell.choices import ELEVATIONS_DEG, ROLLS_DEG, all_choices
+from burrscan.cell.look import Look
+from burrscan.cell.loop import Progress, inspection_of, look_around
+from burrscan.cell.positioner import OutOfReachError
+from burrscan.cell.removal import mill, path_of, verify
+from burrscan.cell.servo import HEIGHTS_MM, Servoed, servo
+from burrscan.cell.station import Station
+from burrscan.errors import InputError
+from burrscan.files import written_whole
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Burr, Inspection
+from burrscan.pipeline import Pipeline
+from burrscan.scanner import PassThrough, Patterns, Scanner
+from scenes.cell.truth import left_of, tool_over
+from scenes.cell.workcell import SimulatedCell
+from scenes.stores import Store
+
+_CROP_PX = 60
+"""Half the side of the pictures of a burr before and after."""
+
+
+@dataclass(frozen=True)
+class Story:
+    """What happened.
+
+    Parameters
+    ----------
+    evidence
+        For the metrics.
+    vertices_mm, faces
+        Every look's mesh in the frame of the plate.
+    path
+        One table per look, and one per removal: what ``cell.json`` holds.
+    pictures
+        Name to grey picture: each burr before and after.
+
+    """
+
+    evidence: CellEvidence
+    vertices_mm: Floats
+    faces: Ints32
+    path: dict[str, Any]
+    pictures: dict[str, NDArray[np.uint8]]
+
+
+def told(
+    case: CellCase,
+    pipeline: Pipeline,
+    *,
+    identity: tuple[int, ...] = (0,),
+    cache_dir: Path | Store | None = None,
+    said: Callable[[str], None] = lambda _: None,
+) -> Story:
+    """Run a case.
+
+    Parameters
+    ----------
+    case
+        The scene, its cell and the task.
+    pipeline
+        Which variant does what in every look.
+    identity, cache_dir
+        As :func:`scenes.simulate.simulate` takes them.
+    said
+        Told of every step, for a person who waits.
+
+    Raises
+    ------
+    InputError
+        When no look shows a surface of revolution, or the arm takes no pose.
+
+    """
+    cell = SimulatedCell(case.scene, case.cell, identity=identity, cache_dir=cache_dir)
+    station = cell.station()
+    scores: list[LookScore] = []
+    T_part_first = None
+    progress: Progress | None = None
+    for progress in look_around(
+        station,
+        pipeline=pipeline,
+        planner=case.task.planner,
+        most=case.task.looks,
+        enough=case.task.enough,
+        burrs=case.task.expected_burrs,
+        seed=identity[0] if identity else 0,
+    ):
+        if T_part_first is None:
+            T_part_first = np.linalg.inv(cell.T_camera_part)
+        scores.append(_scored(progress, cell, T_part_first))
+        said(_sentence(progress, scores[-1]))
+    if progress is None or T_part_first is None:
+        raise InputError("the cell made no look")
+    vertices, faces, inspection = _merged(progress)
+    truth = _truth(progress, cell, T_part_first)
+    before = CellEvidence(truth, inspection, looks=tuple(scores), most=case.task.looks)
+    removals, pictures = _removed(case, cell, station, before, pipeline, said)
+    evidence = replace(before, removals=tuple(removals))
+    return Story(evidence, vertices, faces, _document(case, evidence, progress), pictures)
+
+
+def keep(story: Story, folder: Path, variant: str) -> None:
+    """Write ``<variant>.cell.json`` and the pictures of burrs before and after."""
+    with written_whole(folder / f"{variant}.cell.json") as beside:
+        beside.write_text(json.dumps(story.path, indent=1), "utf-8")
+    for name, picture in story.pictures.items():
+        ok, data = cv2.imencode(".png", picture)
+        if ok:
+            with written_whole(folder / f"{variant}.{name}.png") as beside:
+                beside.write_bytes(data.tobytes())
+
+
+def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> LookScore:  # noqa: N803
+    evidence = MeshEvidence(_truth(progress, cell, T_part_first), inspection_of(progress))
+    look = progress.looks[-1]
+    choice = all_choices([np.eye(4)] * (len(ELEVATIONS_DEG) * len(ROLLS_DEG)))[look.choice]
+    matching = evidence.matching
+    return LookScore(
+        turn_deg=choice.turn_deg,
+        elevation_deg=ELEVATIONS_DEG[choice.arm % len(ELEVATIONS_DEG)],
+        roll_deg=ROLLS_DEG[choice.arm // len(ELEVATIONS_DEG)],
+        coverage=progress.coverage,
+        left=progress.left,
+        found=sum(piece >= 0 for piece in matching.best) / max(len(matching.best), 1),
+        false_calls=float(sum(owner < 0 for owner in matching.match)),
+        axis_deg=axis_deg(evidence),
+        single_deg=_single_deg(look, cell),
+    )
+
+
+def _single_deg(look: Look, cell: SimulatedCell) -> float:
+    """Error of the axis that this look alone found."""
+    if look.outcome is None:
+        return 90.0
+    turn = cell.T_camera_part[:3, 2] @ look.outcome.inspection.axis.direction
+    return float(np.degrees(np.arccos(np.clip(abs(turn), 0.0, 1.0))))
+
+
+def _truth(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> MeshTruth:  # noqa: N803
+    """The part in the frame that the looks settled on, by the true pose of the first look that counted."""
+    settled = progress.fused.joint.T_world_camera[0]
+    return MeshTruth(
+        T_part_first @ np.linalg.inv(settled), cell.wheel.generatrix_zr_mm, cell.wheel.burrs, None
+    )
+
+
+def _merged(progress: Progress) -> tuple[Floats, Ints32, Inspection]:
+    """All looks' meshes in one, and the inspection with their deviations."""
+    inspection = inspection_of(progress)
+    vertices, faces, count = [], [], 0
+    good = [look.outcome.surface for look in progress.looks if look.outcome is not None]
+    for surface, pose in zip(good, progress.fused.joint.T_world_camera, strict=True):
+        vertices.append(surface.vertices_mm @ pose[:3, :3].T + pose[:3, 3])
+        faces.append(surface.faces + count)
+        count += len(surface.vertices_mm)
+    merged = np.concatenate(vertices)
+    deviation = deviation_mm(merged, inspection.axis, inspection.generatrix)
+    return merged, np.concatenate(faces).astype(np.int32), replace(inspection, deviation_mm=deviation)
+
+
+def _removed(
+    case: CellCase,
+    cell: SimulatedCell,
+    station: Station,
+    evidence: CellEvidence,
+    pipeline: Pipeline,
+    said: Callable[[str], None],
+) -> tuple[list[RemovalScore], dict[str, NDArray[np.uint8]]]:
+    """Somebody bumps into the part; then the burrs are taken off, one by one."""
+    wanted = [
+        (number, burr)
+        for number, burr in enumerate(evidence.inspection.burrs)
+        if burr.side == "protrusion"
+    ][: case.task.remove]
+    if not wanted:
+        return [], {}
+    cell.disturb()
+    pictures: dict[str, NDArray[np.uint8]] = {}
+    removals = []
+    for number, burr in wanted:
+        owner = evidence.matching.match[number]
+        seen = replace(station, scanner=_Camera(station.scanner))
+        try:
+            score, shots = _remove(case, cell, seen, burr, owner, pipeline)
+        except (InputError, OutOfReachError) as error:
+            score, shots = RemovalScore(owner, 0, converged=False, why=str(error), off_mm=np.nan), {}
+        removals.append(score)
+        pictures |= {f"burr-{number + 1}-{name}": picture for name, picture in shots.items()}
+        said(_removal_sentence(number, score))
+    return removals, pictures
+
+
+def _remove(
+    case: CellCase, cell: SimulatedCell, station: Station, burr: Burr, owner: int, pipeline: Pipeline
+) -> tuple[RemovalScore, dict[str, NDArray[np.uint8]]]:
+    camera = station.scanner
+    reached = servo(station, burr, burr.T_mesh_burr, pipeline=pipeline)
+    score = RemovalScore(
+        owner, len(reached.glances), reached.converged, reached.why, _off_mm(cell, reached, owner)
+    )
+    if not reached.converged or reached.burr is None:
+        return score, {}
+    shots = {"before": _crop(camera, station, reached.burr.T_mesh_burr)}
+    path = path_of(reached, radius_mm=case.cell.mill.radius_mm)
+    here = reached.glances[-1].T_base_camera @ np.linalg.inv(station.T_flange_camera)
+    mill(station, path, roll_deg=reached.roll_deg)
+    station.arm.move(here)
+    after = verify(station, reached.burr, reached.burr.T_mesh_burr, pipeline=pipeline)
+    shots["after"] = _crop(camera, station, reached.burr.T_mesh_burr)
+    score = replace(
+        score,
+        covered=path.covered,
+        said_residual_mm=after.residual_mm.value,
+        said_gouge_mm=after.gouge_mm.value,
+    )
+    if owner >= 0:
+        left = left_of(case.scene.wheel, case.scene.burrs, cell.cuts, cell.wheel.burrs[owner])
+        score = replace(score, residual_mm=left.residual_mm, gouge_mm=left.gouge_mm)
+    return score, shots
+
+
+def _off_mm(cell: SimulatedCell, reached: Servoed, owner: int) -> float:
+    """True distance of the mill from its place over the burr; NaN where there is none."""
+    if owner < 0 or not reached.glances:
+        return float("nan")
+    height = HEIGHTS_MM[min(len(reached.glances), len(HEIGHTS_MM)) - 1]
+    across, normal = tool_over(cell.T_part_tool, cell.wheel.burrs[owner], cell.wheel.generatrix_zr_mm)
+    return float(max(abs(across), abs(normal - height)))
+
+
+class _Camera(PassThrough):
+    """Keeps the picture that shows most of the part: the last one under full light."""
+
+    def __init__(self, scanner: Scanner) -> None:
+        super().__init__(scanner)
+        self.white: NDArray[np.uint16] | None = None
+
+    def capture(self, patterns: Patterns, exposure_ms: float) -> Any:
+        """Capture, and keep the brightest picture's frame."""
+        images = self._scanner.capture(patterns, exposure_ms)
+        lit = int(np.argmax([float(frame.mean()) for frame in patterns.frames[:, :1]]))
+        self.white = np.array(images[lit])
+        return images
+
+
+def _crop(camera: Scanner, station: Station, T_camera_burr: Floats) -> NDArray[np.uint8]:  # noqa: N803
+    """The burr's surroundings in the last picture under full light, brightened."""
+    white = camera.white if isinstance(camera, _Camera) else None
+    if white is None:
+        return np.zeros((2 * _CROP_PX, 2 * _CROP_PX), np.uint8)
+    u, v = (round(float(x)) for x in station.scanner.rig.camera.project(T_camera_burr[:3, 3]))
+    rows = slice(max(v - _CROP_PX, 0), v + _CROP_PX)
+    columns = slice(max(u - _CROP_PX, 0), u + _CROP_PX)
+    part = white[rows, columns].astype(float)
+    top = max(float(np.percentile(part, 99.0)), 1.0) if part.size else 1.0
+    return np.asarray(255.0 * np.clip(part / top, 0.0, 1.0) ** (1.0 / 2.2), np.uint8)
+
+
+def _document(case: CellCase, evidence: CellEvidence, progress: Progress) -> dict[str, Any]:
+    """What a report shows; NaN as null."""
+    chart, belief = progress.fused.chart, progress.fused.belief
+    return _plain(
+        {
+            "planner": case.task.planner,
+            "most": case.task.looks,
+            "looks": [asdict(look) for look in evidence.looks],
+            "removals": [asdict(removal) for removal in evidence.removals],
+            "why": [look.why for look in progress.looks],
+            "chart": {
+                "zr_mm": np.round(chart.zr_mm, 2).tolist(),
+                "left": np.round(belief.left, 3).tolist(),
+            },
+        }
+    )
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def _sentence(progress: Progress, score: LookScore) -> str:
+    return (
+        f"look {len(progress.looks)}: table at {score.turn_deg:.0f} deg, camera {score.elevation_deg:.0f} deg "
+        f"up{', on its side' if score.roll_deg else ''}: {100 * score.coverage:.0f} % of the part measured, "
+        f"{len(inspection_of(progress).burrs)} burrs called, {100 * score.left:.1f} % that one is left"
+    )
+
+
+def _removal_sentence(number: int, score: RemovalScore) -> str:
+    if not score.converged:
+        return f"burr {number + 1}: not removed: {score.why}"
+    return (
+        f"burr {number + 1}: reached in {score.looks} looks, milled over {100 * score.covered:.0f} % of its "
+        f"length; {score.said_residual_mm:.3f} mm are left by the look afterwards"
+    )
+

@@ -1,0 +1,74 @@
+"""What a mill takes off that gives way to what it cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+
+from burrscan.arrays import Floats
+from scenes.cell.spec import MillSpec
+from scenes.wheel import Cut, Wheel
+from scenes.wheel.mill import mill
+
+_TURN_COS = 0.0
+"""Feeds that turn back on themselves begin a new pass."""
+_AROUND_MM = 6.0
+"""Of the wheel beyond the mill that is looked at: what it may meet."""
+
+
+def milled(wheel: Wheel, before: Sequence[Cut], tools: Floats, spec: MillSpec) -> list[Cut]:
+    """The passes of a mill that was led through (N, 4, 4) poses in the part frame.
+
+    Between two poses the mill is pushed back along its axis by thrust / stiffness, thrust being the section
+    of metal in its way times ``spec.thrust_n_mm2``. O(N) booleans of a piece of the wheel.
+    """
+    body = _piece(wheel, tools[:, :3, 3], spec)
+    for cut in before:
+        body -= cut.swept()
+    cuts = []
+    for run in _runs(tools[:, :3, 3]):
+        cut = _given_way(body, tools[run], spec)
+        body -= cut.swept()
+        cuts.append(cut)
+    return cuts
+
+
+def _runs(tips: Floats) -> list[slice]:
+    """Stretches in which the mill goes on: a pass ends where the next step turns back."""
+    steps = np.diff(tips, axis=0)
+    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
+    back = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < _TURN_COS) + 1
+    ends = [0, *back.tolist(), len(tips) - 1]
+    return [slice(a, b + 1) for a, b in zip(ends, ends[1:], strict=False) if b > a]
+
+
+def _given_way(body: manifold3d.Manifold, tools: Floats, spec: MillSpec) -> Cut:
+    """One pass, pushed back by what it cuts."""
+    tips, axes = tools[:, :3, 3], tools[:, :3, 2]
+    places = [mill(tip, axis, spec.radius_mm, spec.length_mm) for tip, axis in zip(tips, axes, strict=True)]
+    back = np.zeros(len(tips))
+    for number, (here, there) in enumerate(zip(places, places[1:], strict=False)):
+        way = float(np.linalg.norm(tips[number + 1] - tips[number]))
+        fresh = (body ^ manifold3d.Manifold.batch_hull([here, there])) - here
+        section = fresh.volume() / max(way, 1e-9)
+        back[number + 1] = spec.thrust_n_mm2 * section / spec.stiffness_n_mm
+    back[0] = back[1]
+    pushed = tips + back[:, None] * axes
+    return Cut(
+        tips_mm=tuple(map(tuple, pushed.tolist())),
+        axes=tuple(map(tuple, axes.tolist())),
+        radius_mm=spec.radius_mm,
+        length_mm=spec.length_mm,
+    )
+
+
+def _piece(wheel: Wheel, tips: Floats, spec: MillSpec) -> manifold3d.Manifold:
+    """The wheel around a path."""
+    vertices, faces = wheel.welded()
+    mesh = manifold3d.Mesh64(vert_properties=vertices, tri_verts=faces.astype(np.uint64))
+    whole = manifold3d.Manifold(mesh)
+    margin = spec.radius_mm + _AROUND_MM
+    low, high = tips.min(axis=0) - margin, tips.max(axis=0) + margin
+    return whole ^ manifold3d.Manifold.cube(tuple(high - low)).translate(tuple(low))

@@ -1,0 +1,100 @@
+"""What really happened in a simulated cell: where the mill was over a burr, and what it left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints32
+from scenes.wheel import Cut, TrueBurr, Wheel, WheelSpec, build_wheel, deviation_mm
+from scenes.wheel.spec import BurrSpec
+
+_FINE_MM = 0.15
+"""Faces that a mill left are looked at in pieces of this size: the deepest place lies inside of them."""
+_BESIDE_MM = 1.0
+"""Around a burr's extent that counts as its place."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of a burr, and what was taken of the part.
+
+    Parameters
+    ----------
+    residual_mm
+        Largest height over the ideal surface in the burr's place.
+    gouge_mm
+        Largest depth under it, anywhere that the mill was.
+
+    """
+
+    residual_mm: float
+    gouge_mm: float
+
+
+def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> tuple[float, float]:  # noqa: N803
+    """Where the middle of the mill's end is over a burr's base, mm: across the burr, and along the normal.
+
+    The surface under the burr is taken for the plane face (in the meridian) of its middle.
+    """
+    x, y, z = T_part_tool[:3, 3]
+    crest = burr.ridge_mm[len(burr.ridge_mm) // 2]
+    foot, normal = _foot(np.array([crest[2], np.hypot(crest[0], crest[1])]), generatrix_zr_mm)
+    radius = float(np.hypot(x, y))
+    if burr.kind == "rim":
+        base = np.array([z, radius]) - foot
+        return float(base @ np.array([normal[1], -normal[0]])), float(base @ normal)
+    turn = np.arctan2(y, x) - np.radians(burr.angle_deg)
+    across = radius * np.sin(turn)
+    height = (np.array([z, radius * np.cos(turn)]) - foot) @ normal
+    return float(across), float(height)
+
+
+def left_of(
+    spec: WheelSpec, burrs: Sequence[BurrSpec], cuts: Sequence[Cut], burr: TrueBurr
+) -> Left:
+    """What a mill's passes left of one burr. One boolean of the wheel, O(faces near the burr)."""
+    wheel = build_wheel(spec, burrs, milled=cuts)
+    before = build_wheel(spec, burrs)
+    near = _near(wheel, burr)
+    deviation = deviation_mm(_samples(wheel.vertices_mm, wheel.faces[near]), wheel.generatrix_zr_mm)
+    untouched = deviation_mm(before.vertices_mm[before.faces[_near(before, burr)]].reshape(-1, 3), wheel.generatrix_zr_mm)
+    # chamfers and the like were there before
+    return Left(float(deviation.max()), float(-(deviation.min() - min(untouched.min(), 0.0))))
+
+
+def _near(wheel: Wheel, burr: TrueBurr) -> Bools:
+    """(T,) faces in the burr's place."""
+    middle = wheel.vertices_mm[wheel.faces].mean(axis=1)
+    radius = np.hypot(middle[:, 0], middle[:, 1])
+    off = np.degrees(np.arctan2(middle[:, 1], middle[:, 0])) - burr.angle_deg
+    off_mm = np.abs(np.radians((off + 180.0) % 360.0 - 180.0)) * radius
+    half = 0.5 * np.radians(burr.arc_deg) * radius + 0.5 * burr.width_mm + burr.height_mm + _BESIDE_MM
+    low, high = burr.z_start_mm - _BESIDE_MM, burr.z_end_mm + _BESIDE_MM
+    outside = radius > 0.5 * float(np.hypot(burr.ridge_mm[:, 0], burr.ridge_mm[:, 1]).min())
+    return np.asarray((off_mm < half) & (middle[:, 2] > low) & (middle[:, 2] < high) & outside)
+
+
+def _samples(vertices: Floats, faces: Ints32) -> Floats:
+    """Corners of the faces, and of the pieces that large ones are divided into."""
+    corners = vertices[faces]
+    pieces = [corners.reshape(-1, 3)]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    for triangle, side in zip(corners[longest > _FINE_MM], longest[longest > _FINE_MM], strict=True):
+        count = min(int(np.ceil(side / _FINE_MM)), 40)
+        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
+        share = np.stack([i, j], axis=-1)[i + j <= count] / count
+        pieces.append(triangle[0] + share @ (triangle[1:] - triangle[0]))
+    return np.concatenate(pieces)
+
+
+def _foot(zr: Floats, curve: Floats) -> tuple[Floats, Floats]:
+    """The nearest place on the outline, and the outward normal of its segment."""
+    start, step = curve[:-1], np.diff(curve, axis=0)
+    along = np.clip(((zr - start) * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
+    feet = start + along[:, None] * step
+    nearest = int(np.argmin(((feet - zr) ** 2).sum(axis=1)))
+    normal = np.array([-step[nearest, 1], step[nearest, 0]])
+    return feet[nearest], normal / np.linalg.norm(normal)
