@@ -58,7 +58,7 @@ class PoseSpec:
         return transform
 
 
-def pose_of(T_camera_part: Floats, *, standoff_mm: float, middle_z_mm: float) -> PoseSpec:  # noqa: N803
+def pose_of(T_camera_part: Floats, *, standoff_mm: float, middle_z_mm: float) -> PoseSpec:
     """The specification of a (4, 4) rigid motion from part to camera; its yaw is zero.
 
     The inverse of :meth:`PoseSpec.T_camera_part`: every motion has one, for spin, elevation and roll are

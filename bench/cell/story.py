@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.removal import mill, path_of, verify
 from burrscan.cell.servo import HEIGHTS_MM, Servoed, servo
 from burrscan.cell.station import Station
+from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.generatrix import deviation_mm
@@ -52,6 +54,9 @@ class Story:
         One table per look, and one per removal: what ``cell.json`` holds.
     pictures
         Name to grey picture: each burr before and after.
+    paths
+        For every protrusion that was called the path that takes it off, in the robot's base frame, the table
+        not turned; as the arm knows it, before any servoing.
 
     """
 
@@ -60,6 +65,7 @@ class Story:
     faces: Ints32
     path: dict[str, Any]
     pictures: dict[str, NDArray[np.uint8]]
+    paths: tuple[ToolPath, ...] = ()
 
 
 def told(
@@ -104,7 +110,7 @@ def told(
         seed=identity[0] if identity else 0,
     ):
         if T_part_first is None:
-            T_part_first = np.linalg.inv(cell.T_camera_part)
+            T_part_first = np.asarray(np.linalg.inv(cell.T_camera_part), float)
         scores.append(_scored(progress, cell, T_part_first))
         said(_sentence(progress, scores[-1]))
     if progress is None or T_part_first is None:
@@ -114,21 +120,38 @@ def told(
     before = CellEvidence(truth, inspection, looks=tuple(scores), most=case.task.looks)
     removals, pictures = _removed(case, cell, station, before, pipeline, said)
     evidence = replace(before, removals=tuple(removals))
-    return Story(evidence, vertices, faces, _document(case, evidence, progress), pictures)
+    document = _document(case, evidence, progress)
+    return Story(evidence, vertices, faces, document, pictures, _paths(case, station, inspection))
 
 
-def keep(story: Story, folder: Path, variant: str) -> None:
-    """Write ``<variant>.cell.json`` and the pictures of burrs before and after."""
-    with written_whole(folder / f"{variant}.cell.json") as beside:
+def keep(story: Story, folder: Path, variant: str = "") -> None:
+    """Write ``cell.json`` and the pictures of burrs before and after, their names behind the variant's."""
+    head = f"{variant}." if variant else ""
+    with written_whole(folder / f"{head}cell.json") as beside:
         beside.write_text(json.dumps(story.path, indent=1), "utf-8")
     for name, picture in story.pictures.items():
         ok, data = cv2.imencode(".png", picture)
         if ok:
-            with written_whole(folder / f"{variant}.{name}.png") as beside:
+            with written_whole(folder / f"{head}{name}.png") as beside:
                 beside.write_bytes(data.tobytes())
 
 
-def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> LookScore:  # noqa: N803
+def _paths(case: CellCase, station: Station, inspection: Inspection) -> tuple[ToolPath, ...]:
+    """A path for each burr that a mill can reach."""
+    paths = []
+    for burr in inspection.burrs:
+        with suppress(InputError):  # a nick, or a burr between walls
+            path = tool_path(
+                burr,
+                axis=inspection.axis,
+                generatrix=inspection.generatrix,
+                radius_mm=case.cell.mill.radius_mm,
+            )
+            paths.append(path.placed(station.T_base_plate))
+    return tuple(paths)
+
+
+def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> LookScore:
     evidence = MeshEvidence(_truth(progress, cell, T_part_first), inspection_of(progress))
     look = progress.looks[-1]
     choice = all_choices([np.eye(4)] * (len(ELEVATIONS_DEG) * len(ROLLS_DEG)))[look.choice]
@@ -154,7 +177,7 @@ def _single_deg(look: Look, cell: SimulatedCell) -> float:
     return float(np.degrees(np.arccos(np.clip(abs(turn), 0.0, 1.0))))
 
 
-def _truth(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> MeshTruth:  # noqa: N803
+def _truth(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> MeshTruth:
     """The part in the frame that the looks settled on, by the true pose of the first look that counted."""
     settled = progress.fused.joint.T_world_camera[0]
     return MeshTruth(
@@ -186,9 +209,7 @@ def _removed(
 ) -> tuple[list[RemovalScore], dict[str, NDArray[np.uint8]]]:
     """Somebody bumps into the part; then the burrs are taken off, one by one."""
     wanted = [
-        (number, burr)
-        for number, burr in enumerate(evidence.inspection.burrs)
-        if burr.side == "protrusion"
+        (number, burr) for number, burr in enumerate(evidence.inspection.burrs) if burr.side == "protrusion"
     ][: case.task.remove]
     if not wanted:
         return [], {}
@@ -261,7 +282,7 @@ class _Camera(PassThrough):
         return images
 
 
-def _crop(camera: Scanner, station: Station, T_camera_burr: Floats) -> NDArray[np.uint8]:  # noqa: N803
+def _crop(camera: Scanner, station: Station, T_camera_burr: Floats) -> NDArray[np.uint8]:
     """The burr's surroundings in the last picture under full light, brightened."""
     white = camera.white if isinstance(camera, _Camera) else None
     if white is None:
@@ -277,7 +298,7 @@ def _crop(camera: Scanner, station: Station, T_camera_burr: Floats) -> NDArray[n
 def _document(case: CellCase, evidence: CellEvidence, progress: Progress) -> dict[str, Any]:
     """What a report shows; NaN as null."""
     chart, belief = progress.fused.chart, progress.fused.belief
-    return _plain(
+    document: dict[str, Any] = _plain(
         {
             "planner": case.task.planner,
             "most": case.task.looks,
@@ -290,6 +311,7 @@ def _document(case: CellCase, evidence: CellEvidence, progress: Progress) -> dic
             },
         }
     )
+    return document
 
 
 def _plain(value: Any) -> Any:
@@ -304,8 +326,8 @@ def _plain(value: Any) -> Any:
 
 def _sentence(progress: Progress, score: LookScore) -> str:
     return (
-        f"look {len(progress.looks)}: table at {score.turn_deg:.0f} deg, camera {score.elevation_deg:.0f} deg "
-        f"up{', on its side' if score.roll_deg else ''}: {100 * score.coverage:.0f} % of the part measured, "
+        f"look {len(progress.looks)}: table at {score.turn_deg:.0f} deg, camera {score.elevation_deg:.0f} "
+        f"deg up{', on its side' if score.roll_deg else ''}: {100 * score.coverage:.0f} % of the part measured, "
         f"{len(inspection_of(progress).burrs)} burrs called, {100 * score.left:.1f} % that one is left"
     )
 
@@ -317,4 +339,3 @@ def _removal_sentence(number: int, score: RemovalScore) -> str:
         f"burr {number + 1}: reached in {score.looks} looks, milled over {100 * score.covered:.0f} % of its "
         f"length; {score.said_residual_mm:.3f} mm are left by the look afterwards"
     )
-

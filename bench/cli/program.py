@@ -20,7 +20,7 @@ from bench.cli.signals import answered
 
 COMMANDS = (
     "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show",
-    "render", "scan", "calibrate", "merge", "detect", "paper", "completion",
+    "render", "scan", "calibrate", "merge", "detect", "cell", "paper", "completion",
 )  # fmt: skip
 """Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
 

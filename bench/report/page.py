@@ -18,6 +18,7 @@ from bench.compare.result import ArmComparison, by_case
 from bench.plotting import pictures
 from bench.report import summary
 from bench.report.cases import CaseView, view
+from bench.report.cell import cell_part
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
 from bench.report.forest import forest
 from bench.report.goals import goals
@@ -183,6 +184,7 @@ def _content(
         "run": run,
         "runs": runs,
         "goals": goals(runs),
+        "cell": cell_part(run) if run.suite.source == "cell" else None,
         "changes": changes(
             [arm for panel in panels for arm in panel.arms] if len(panels[0].arms) < 2 else []
         ),

@@ -47,7 +47,7 @@ class Costs:
 
 
 SHIPPED = Costs(
-    seconds={"scene": 4.6, "mesh": 1.0, "adaptive": 6.4, "fixed": 4.0, "any": 7.0},
+    seconds={"scene": 4.6, "mesh": 1.0, "cell": 12.0, "adaptive": 6.4, "fixed": 4.0, "any": 7.0},
     overhead=1.4,
     record_bytes=2.5e5,
     light_bytes=4.0e7,
@@ -100,7 +100,7 @@ def estimate(suite: Suite, cases: Sequence[Case], costs: Costs, *, workers: int)
     workers = max(1, min(workers, len(cases)))
     size = sum(megapixels(suite, case) for case in cases)
     each = sum(_seconds(variant, costs) for variant in suite.variant)
-    work_s = size * (costs.seconds[suite.source] + each) * costs.overhead
+    work_s = size * (costs.seconds.get(suite.source, SHIPPED.seconds[suite.source]) + each) * costs.overhead
     return Estimate(
         seconds=(START_S + work_s / workers) if cases else 0.0,
         run_bytes=len(cases) * len(suite.variant) * costs.record_bytes,

@@ -1,4 +1,4 @@
-"""What a case's tables describe: a scene to be rendered, a synthetic mesh, or a cell. One table, no other place."""
+"""What a case's tables describe: a scene to be rendered, a synthetic mesh, or a cell. One table, no more."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenes.scene import scene_from, scene_hash
 
 Source = Literal["scene", "mesh", "cell"]
 """``scene``: rendered, scanned and inspected (:mod:`scenes.scene`). ``mesh``: only inspected
-(:mod:`bench.synthetic.spec`); the metrics of a scan do not apply. ``cell``: a scene in a cell that looks at it
+(:mod:`bench.synthetic.spec`); the metrics of a scan do not apply. ``cell``: a scene in a cell, seen
 from all sides (:mod:`bench.cell.spec`)."""
 
 

@@ -1,1 +1,1 @@
-"""The cell: looking at a part from several sides, going to its burrs, and looking again after their removal."""
+"""The cell: looking at a part from all sides, going to its burrs, and looking again after their removal."""

@@ -8,16 +8,18 @@ next look goes where it finds most per second, and the search ends when little i
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burrscan.arrays import Bools, Floats
-from burrscan.cell.chart import AROUND, Chart, angle_cells
+from burrscan.cell.chart import AROUND, Chart
 from burrscan.cell.outlook import Outlook
 
 SURE = 0.95
 """Share of burrs from 0.3 mm up that one look finds on metal it has measured: what the suite ``standard``
-shows at 95 % confidence (40 of 40, reports/standard.html, allow 92.8 %; with the 16 of 16 beside them 94.8)."""
+shows at 95 % confidence (40 of 40 allow 92.8 %; with the 16 of 16 beside them 94.8)."""
 _BINS_DEG = np.array([0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 90.0])
 """Of the tilt: metal's light changes fastest near the mirror direction."""
 _PRIOR = (3.0, 1.0)
@@ -106,9 +108,6 @@ def density_of(chart: Chart, points_mm: Floats, seen: Outlook, *, px_mm: float) 
     return np.asarray(np.clip(count / np.maximum(expected, 1.0), 0.0, 1.0))
 
 
-def shifted(values: Floats, cells: int) -> Floats:
+def shifted(values: NDArray[Any], cells: int) -> NDArray[Any]:
     """A map turned by so many cells around the axis."""
     return np.roll(values, cells % AROUND, axis=1)
-
-
-__all__ = ["SURE", "Belief", "angle_cells", "belief_of", "density_of", "shifted"]

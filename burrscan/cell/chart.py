@@ -51,7 +51,7 @@ class Chart:
     @property
     def angles(self) -> Floats:
         """(AROUND,) middles of the cells, radians from 0."""
-        return (np.arange(AROUND) + 0.5) * (2.0 * np.pi / AROUND)
+        return np.asarray((np.arange(AROUND) + 0.5) * (2.0 * np.pi / AROUND), float)
 
     def points_mm(self, cells: Floats) -> Floats:
         """(S, N, 3) middles of the cells at the angles ``cells`` (N,)."""

@@ -69,7 +69,11 @@ def stand_of(choice: Choice, poses: Sequence[Floats]) -> Stand:
 
 
 def outlooks(
-    chart: Chart, rig: Rig, station: Station, poses: Sequence[Floats], T_plate_part: Floats  # noqa: N803
+    chart: Chart,
+    rig: Rig,
+    station: Station,
+    poses: Sequence[Floats],
+    T_plate_part: Floats,
 ) -> tuple[Arm, ...]:
     """What each pose of the arm shows of the part as it stands. O(poses × cells)."""
     T_base_part = turned(station.T_base_plate, 0.0) @ T_plate_part

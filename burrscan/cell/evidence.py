@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
-from burrscan.cell.belief import SURE
 from burrscan.cell.chart import Chart
 from burrscan.inspection import Axis, Burr, Value
 
@@ -128,11 +128,11 @@ def joined(
 
     """
     frame = T_part_mesh(axis.point_mm, axis.direction)
-    groups = _groups(calls, frame)
+    groups = _groups(calls)
     return tuple(_place([calls[i] for i in group], frame, chart, chances, burrs) for group in groups)
 
 
-def _groups(calls: Sequence[Call], frame: Floats) -> list[list[int]]:
+def _groups(calls: Sequence[Call]) -> list[list[int]]:
     """Calls that overlap, the most significant first; a look has one call in a group."""
     order = sorted(range(len(calls)), key=lambda i: -calls[i].burr.significance)
     groups: list[list[int]] = []
@@ -140,21 +140,21 @@ def _groups(calls: Sequence[Call], frame: Floats) -> list[list[int]]:
         near = [
             group
             for group in groups
-            if calls[i].look not in {calls[j].look for j in group} and _same(calls[group[0]], calls[i], frame)
+            if calls[i].look not in {calls[j].look for j in group} and _same(calls[group[0]], calls[i])
         ]
         if near:
-            min(near, key=lambda group: _apart(calls[group[0]], calls[i], frame)).append(i)
+            min(near, key=lambda group: _apart(calls[group[0]], calls[i])).append(i)
         else:
             groups.append([i])
     return groups
 
 
-def _same(one: Call, other: Call, frame: Floats) -> bool:
+def _same(one: Call, other: Call) -> bool:
     reach = _SAME_MM + 0.5 * max(one.burr.width_mm.value, other.burr.width_mm.value)
-    return _apart(one, other, frame) < reach
+    return _apart(one, other) < reach
 
 
-def _apart(one: Call, other: Call, frame: Floats) -> float:
+def _apart(one: Call, other: Call) -> float:
     """Distance across the burrs, mm: of the middle of the shorter from the line of the longer."""
     long, short = sorted((one, other), key=lambda call: -call.burr.length_mm.value)
     step = np.linalg.inv(long.T_plate_burr) @ short.T_plate_burr[:, 3]
@@ -226,8 +226,8 @@ def _facing(calls: list[Call]) -> list[Call]:
     return faced or [min(calls, key=lambda call: call.slope_deg)]
 
 
-def _side(calls: list[Call]) -> str:
-    """By odds: each look is right with the same probability, but a faint call weighs less than a clear one."""
+def _side(calls: list[Call]) -> Literal["protrusion", "nick"]:
+    """By odds: every look is right as often, but a faint call weighs less than a clear one."""
     clear = max(call.burr.significance for call in calls)
     odds = np.log(_SIDE_RIGHT / (1.0 - _SIDE_RIGHT))
     vote = sum(
@@ -252,6 +252,3 @@ def _weighted(values: list[Value]) -> Value:
     between = max(excess / spread, 0.0) if spread > 0.0 else 0.0
     weight = 1.0 / (variance + between)
     return Value(float((weight * value).sum() / weight.sum()), float(np.sqrt(1.0 / weight.sum())))
-
-
-__all__ = ["FALSE_CALLS", "SURE", "Call", "Place", "joined"]

@@ -97,7 +97,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     return Fused(found, chart, belief, places)
 
 
-def _slope_deg(T_camera_burr: Floats) -> float:  # noqa: N803 (T_target_source)
+def _slope_deg(T_camera_burr: Floats) -> float:
     """Angle between a burr's outward normal and the way to the camera."""
     away = -T_camera_burr[:3, 3] / np.linalg.norm(T_camera_burr[:3, 3])
     return float(np.degrees(np.arccos(np.clip(away @ T_camera_burr[:3, 2], -1.0, 1.0))))
@@ -105,12 +105,10 @@ def _slope_deg(T_camera_burr: Floats) -> float:  # noqa: N803 (T_target_source)
 
 def _posed(look: Look, outcome: Outcome) -> PosedSurface:
     surface = outcome.surface
-    return PosedSurface(
-        surface.vertices_mm, surface.faces, surface.vertex_sigma_mm, look.T_plate_camera
-    )
+    return PosedSurface(surface.vertices_mm, surface.faces, surface.vertex_sigma_mm, look.T_plate_camera)
 
 
-def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats) -> None:  # noqa: N803
+def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats) -> None:
     """Put a place's suspicion on the map."""
     at = (T_part_plate @ place.burr.T_mesh_burr)[:3, 3]
     along, around = chart.cells_of(at[None], within_mm=10.0)

@@ -109,7 +109,11 @@ def look_around(
             continue
         after = fused(looks, station.scanner.rig, prior=prior, burrs=burrs)
         arms = outlooks(
-            after.chart, station.scanner.rig, station, poses, np.linalg.inv(after.T_part_plate)
+            after.chart,
+            station.scanner.rig,
+            station,
+            poses,
+            np.asarray(np.linalg.inv(after.T_part_plate), float),
         )
         progress = _progress(looks, after, arms, choices, burrs)
         yield progress

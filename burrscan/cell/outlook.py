@@ -45,7 +45,7 @@ class Outlook:
 def outlook(
     chart: Chart,
     rig: Rig,
-    T_camera_part: Floats,  # noqa: N803 (T_target_source)
+    T_camera_part: Floats,
     angles: Floats,
     *,
     lean_deg: float = 0.0,
@@ -105,8 +105,8 @@ def _free(chart: Chart, points: Floats, ways: Floats) -> Bools:
     free = np.ones(len(points), np.bool_)
     for step in distance:
         at = points + step * ways
-        limit = np.interp(at[:, 2], *chart.silhouette, left=0.0, right=0.0)
-        free &= np.hypot(at[:, 0], at[:, 1]) > np.minimum(limit, np.inf) - _CLEAR_MM
+        limit = np.interp(at[:, 2], chart.silhouette[0], chart.silhouette[1], left=0.0, right=0.0)
+        free &= np.hypot(at[:, 0], at[:, 1]) > limit - _CLEAR_MM
     return free
 
 

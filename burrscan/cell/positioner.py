@@ -66,12 +66,12 @@ class PositionerSheet:
     @property
     def offset_mm(self) -> float:
         """Standard deviation along each axis of where their middle is."""
-        return self.accuracy_mm / np.sqrt(3.0)
+        return float(self.accuracy_mm / np.sqrt(3.0))
 
     @property
     def offset_deg(self) -> float:
         """Standard deviation about each axis of where their middle is."""
-        return self.accuracy_deg / np.sqrt(3.0)
+        return float(self.accuracy_deg / np.sqrt(3.0))
 
 
 class Positioner(Protocol):
@@ -81,7 +81,7 @@ class Positioner(Protocol):
     def sheet(self) -> PositionerSheet:
         """The data sheet."""
 
-    def move(self, T_base_flange: Floats) -> Floats:  # noqa: N803 (T_target_source)
+    def move(self, T_base_flange: Floats) -> Floats:
         """Go to a pose, (4, 4) flange to base coordinates, mm, and say where the flange is by its encoders.
 
         Raises
@@ -92,7 +92,7 @@ class Positioner(Protocol):
         """
 
 
-def seconds(sheet: PositionerSheet, T_from: Floats, T_to: Floats) -> float:  # noqa: N803
+def seconds(sheet: PositionerSheet, T_from: Floats, T_to: Floats) -> float:
     """Time of a move between two poses of the flange: the slower of travelling and turning."""
     step = np.linalg.inv(T_from) @ T_to
     cosine = np.clip((np.trace(step[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Floats, freeze
-from burrscan.cell.servo import Servoed, at_roll, lift
+from burrscan.arrays import Bools, Floats, freeze
+from burrscan.cell.servo import Servoed, at_roll
 from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.errors import InputError
@@ -54,7 +53,7 @@ class Place:
     def __post_init__(self) -> None:
         freeze(self, T_camera_burr=self.T_camera_burr)
 
-    def holds(self, points_mm: Floats) -> tuple[Floats, Floats]:
+    def holds(self, points_mm: Floats) -> tuple[Bools, Floats]:
         """(N,) whether points lie over it, and (N, 2) where, along and across."""
         into = np.linalg.inv(self.T_camera_burr)
         local = points_mm @ into[:3, :3].T + into[:3, 3]
@@ -75,9 +74,9 @@ def path_of(servoed: Servoed, *, radius_mm: float) -> ToolPath:
     if not servoed.converged or servoed.burr is None or last is None or last.inspection is None:
         raise InputError(f"the mill is not over the burr: {servoed.why}")
     found = last.inspection
-    return tool_path(
-        servoed.burr, axis=found.axis, generatrix=found.generatrix, radius_mm=radius_mm
-    ).placed(last.T_base_camera)
+    return tool_path(servoed.burr, axis=found.axis, generatrix=found.generatrix, radius_mm=radius_mm).placed(
+        last.T_base_camera
+    )
 
 
 def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
@@ -94,25 +93,19 @@ def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
     if station.spindle is None:
         raise InputError("the station has no spindle: give Station.spindle what starts and stops the mill")
     T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
-    station.arm.move(at_roll(lift(path.stations[0], path.approach_mm), roll_deg) @ T_tool_flange)
+    station.arm.move(at_roll(path.above(0), roll_deg) @ T_tool_flange)
     station.spindle.start()
     try:
-        for pose in _passes(path):
+        for _, pose in path.travel():
             station.arm.move(at_roll(pose, roll_deg) @ T_tool_flange)
     finally:
         station.spindle.stop()
-    station.arm.move(at_roll(lift(path.stations[-1], path.approach_mm), roll_deg) @ T_tool_flange)
+    station.arm.move(at_roll(path.above(path.last), roll_deg) @ T_tool_flange)
 
 
-def _passes(path: ToolPath) -> Iterator[Floats]:
-    """Every pass, there and back by turns, so that the mill never travels idly through the part."""
-    for number, height in enumerate(path.passes_mm):
-        stations = path.stations if number % 2 == 0 else path.stations[::-1]
-        for pose in stations:
-            yield lift(pose, height)
-
-
-def verify(station: Station, burr: Burr, T_camera_burr: Floats, *, pipeline: Pipeline | None = None) -> Verified:  # noqa: N803
+def verify(
+    station: Station, burr: Burr, T_camera_burr: Floats, *, pipeline: Pipeline | None = None
+) -> Verified:
     """Look at the place from where the camera is, and judge it.
 
     Parameters
@@ -140,7 +133,7 @@ def judged(outcome: Outcome, place: Place) -> Verified:
     """What an outcome says of a place, patch by patch. O(vertices)."""
     over, local = place.holds(outcome.surface.vertices_mm)
     deviation = outcome.inspection.deviation_mm
-    over &= np.isfinite(deviation)
+    over = over & np.isfinite(deviation)
     cells = np.floor((local[over] + np.array(place.half_mm)) / _PATCH_MM).astype(int)
     shape = np.maximum(np.ceil(2.0 * np.array(place.half_mm) / _PATCH_MM).astype(int), 1)
     cells = np.minimum(cells, shape - 1)

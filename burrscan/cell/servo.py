@@ -1,4 +1,4 @@
-"""Bringing the mill to a burr by looking at it: the arm's word is wrong by tenths of a millimetre, a look is not.
+"""Bringing the mill to a burr by looking: the arm's word is wrong by tenths of a millimetre, a look is not.
 
 The scanner and the mill sit on one flange, so a look sees the burr where the mill will be: what it measures
 is the error itself, whatever the arm, the table and whoever bumped into the part have done. The arm need only
@@ -8,7 +8,7 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats, freeze
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.station import Station, turned
+from burrscan.cell.toolpath import lift
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Inspection
 from burrscan.pipeline import Pipeline, run
@@ -88,7 +89,7 @@ class Servoed:
 def servo(
     station: Station,
     burr: Burr,
-    T_plate_burr: Floats,  # noqa: N803 (T_target_source)
+    T_plate_burr: Floats,
     *,
     tolerance_mm: float = 0.05,
     most: int = 4,
@@ -126,7 +127,7 @@ def servo(
     roll: float | None = None
     for number in range(most):
         height = HEIGHTS_MM[min(number, len(HEIGHTS_MM) - 1)]
-        wanted = _lifted(expected, height)
+        wanted = lift(expected, height)
         reported, roll = _move(station, wanted, roll)
         try:
             seen = run(station.scanner, pipeline or Pipeline()).inspection
@@ -136,7 +137,9 @@ def servo(
         found = _nearest(seen, burr, at, _GATE_MM[min(number, 1)])
         if found is None:
             glances.append(Glance(reported, None, (np.nan, np.nan), np.nan, seen))
-            why = f"look {number + 1} finds no {burr.side} within {_GATE_MM[min(number, 1)]:g} mm of its place"
+            why = (
+                f"look {number + 1} finds no {burr.side} within {_GATE_MM[min(number, 1)]:g} mm of its place"
+            )
             return Servoed(False, why, tuple(glances), None)
         glance = _glance(station, reported, found, height, seen)
         glances.append(glance)
@@ -149,51 +152,40 @@ def servo(
     )
 
 
-def lift(T: Floats, height_mm: float) -> Floats:
-    """(4, 4) a pose moved along its own z."""
-    return _lifted(T, height_mm)
-
-
-def _lifted(T_base_burr: Floats, height_mm: float) -> Floats:  # noqa: N803
-    up = np.eye(4)
-    up[2, 3] = height_mm
-    return np.asarray(T_base_burr @ up)
-
-
-def _facing_turn(station: Station, T_plate_burr: Floats) -> float:  # noqa: N803
+def _facing_turn(station: Station, T_plate_burr: Floats) -> float:
     """The turn of the table that brings the burr to the arm's side, degrees."""
     from_arm = -station.T_base_plate[:3, 3] @ station.T_base_plate[:3, :2]
     arm = np.degrees(np.arctan2(from_arm[1], from_arm[0]))
     normal = T_plate_burr[:2, 2]
-    at = normal if np.linalg.norm(normal) > 0.5 else T_plate_burr[:2, 3]  # noqa: PLR2004 (mostly upright)
+    at = normal if np.linalg.norm(normal) > 0.5 else T_plate_burr[:2, 3]
     return float(arm - np.degrees(np.arctan2(at[1], at[0])))
 
 
-def tool_poses(station: Station, T_base_tool: Floats) -> Iterator[tuple[float, Floats]]:  # noqa: N803
-    """Turns about the mill's axis and poses of the flange, the upright ones first, that put the mill there."""
+def tool_poses(station: Station, T_base_tool: Floats) -> Iterator[tuple[float, Floats]]:
+    """Turns about the mill's axis and poses of the flange that put the mill there, the upright ones first."""
     T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
     upright = _upright_roll(station, T_base_tool)
     for roll in _ROLLS_DEG:
         yield upright + roll, at_roll(T_base_tool, upright + roll) @ T_tool_flange
 
 
-def at_roll(T_base_tool: Floats, roll_deg: float) -> Floats:  # noqa: N803
+def at_roll(T_base_tool: Floats, roll_deg: float) -> Floats:
     """(4, 4) a tool pose turned about its own z."""
     turn = np.eye(4)
     turn[:3, :3] = Rotation.from_euler("z", roll_deg, degrees=True).as_matrix()
     return np.asarray(T_base_tool @ turn)
 
 
-def _upright_roll(station: Station, T_base_tool: Floats) -> float:  # noqa: N803
+def _upright_roll(station: Station, T_base_tool: Floats) -> float:
     """The turn about the mill that has the camera highest above its own place in the mill's frame."""
     camera = np.linalg.inv(station.T_camera_tool)[:3, 3]
     wanted = T_base_tool[:3, :3].T @ np.array([0.0, 0.0, 1.0])
-    if np.hypot(wanted[0], wanted[1]) < 1e-3:  # noqa: PLR2004 (the mill is upright: towards the arm)
+    if np.hypot(wanted[0], wanted[1]) < 1e-3:
         wanted = T_base_tool[:3, :3].T @ -T_base_tool[:3, 3]
     return float(np.degrees(np.arctan2(wanted[1], wanted[0]) - np.arctan2(camera[1], camera[0])))
 
 
-def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Floats, float]:  # noqa: N803
+def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Floats, float]:
     """Bring the tool there, at the roll it has if it has one: (4, 4) ``T_base_camera`` reported, and roll."""
     said = ""
     T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
@@ -212,7 +204,7 @@ def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Fl
     raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")
 
 
-def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float) -> Burr | None:  # noqa: N803
+def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float) -> Burr | None:
     """The call of the same side nearest to where the burr is expected, across it."""
     into = np.linalg.inv(T_camera_burr)
 
@@ -226,9 +218,7 @@ def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float
     return near if near is not None and away(near) <= gate_mm else None
 
 
-def _glance(
-    station: Station, reported: Floats, found: Burr, height_mm: float, seen: Inspection
-) -> Glance:
+def _glance(station: Station, reported: Floats, found: Burr, height_mm: float, seen: Inspection) -> Glance:
     T_tool_burr = np.linalg.inv(station.T_camera_tool) @ found.T_mesh_burr
     # the mill's place over the burr, in the burr's own axes
     place = np.linalg.inv(T_tool_burr)

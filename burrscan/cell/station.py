@@ -95,7 +95,7 @@ class Stand:
         freeze(self, T_base_camera=self.T_base_camera)
 
 
-def turned(T_base_plate: Floats, turn_deg: float) -> Floats:  # noqa: N803 (T_target_source)
+def turned(T_base_plate: Floats, turn_deg: float) -> Floats:
     """(4, 4) the plate's pose once it is turned about its own z."""
     turn = np.eye(4)
     angle = np.radians(turn_deg)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,10 +62,32 @@ class ToolPath:
         """The path in another frame, by (4, 4) from its own."""
         return replace(self, stations=T @ self.stations)
 
+    def above(self, station: int) -> Floats:
+        """(4, 4) the mill over a station, at the height of approach and retreat."""
+        return lift(self.stations[station], self.approach_mm)
+
+    def travel(self) -> Iterator[tuple[int, Floats]]:
+        """Number of the pass and (4, 4) pose, in order; every other pass backwards, so that none is idle."""
+        for number, height in enumerate(self.passes_mm):
+            for pose in self.stations if number % 2 == 0 else self.stations[::-1]:
+                yield number, lift(pose, height)
+
+    @property
+    def last(self) -> int:
+        """The station at which the last pass ends."""
+        return -1 if len(self.passes_mm) % 2 else 0
+
     @property
     def length_mm(self) -> float:
         """Of one pass."""
         return float(np.linalg.norm(np.diff(self.stations[:, :3, 3], axis=0), axis=1).sum())
+
+
+def lift(pose: Floats, height_mm: float) -> Floats:
+    """(4, 4) a pose moved along its own z."""
+    lifted = np.array(pose)
+    lifted[:3, 3] += height_mm * pose[:3, 2]
+    return lifted
 
 
 def tool_path(
@@ -121,7 +144,7 @@ def tool_path(
         stations.append(kept)
         lanes.append(np.full(len(kept), number))
     found = np.concatenate(stations)
-    if len(found) < 2:  # noqa: PLR2004 (a path has two ends)
+    if len(found) < 2:
         raise InputError(
             f"a mill of {radius_mm:g} mm radius reaches the burr nowhere without cutting the part: take a "
             "smaller one"
@@ -149,11 +172,11 @@ def _lanes(burr: Burr, radius_mm: float) -> Floats:
     """Offsets across the burr, mm: enough lanes for its base and for what leans over it."""
     wide = burr.width_mm.value + burr.height_mm.value
     count = max(1, int(np.ceil(wide / (_LANE * radius_mm))))
-    return (np.arange(count) - 0.5 * (count - 1)) * _LANE * radius_mm
+    return np.asarray((np.arange(count) - 0.5 * (count - 1)) * _LANE * radius_mm, float)
 
 
 def _stations(
-    T_part_burr: Floats,  # noqa: N803 (T_target_source)
+    T_part_burr: Floats,
     line: Polyline,
     along: Floats,
     across: float,

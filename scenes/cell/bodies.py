@@ -31,10 +31,10 @@ class Bodies:
 
     def refuse_touching(
         self,
-        T_base_flange: Floats,  # noqa: N803 (T_target_source)
+        T_base_flange: Floats,
         *,
-        T_base_plate: Floats,  # noqa: N803
-        T_plate_part: Floats,  # noqa: N803
+        T_base_plate: Floats,
+        T_plate_part: Floats,
         generatrix_zr_mm: Floats,
         plate_radius_mm: float,
     ) -> None:
@@ -54,7 +54,11 @@ class Bodies:
 
 
 def bodies(
-    rig: Rig, *, T_flange_camera: Floats, T_flange_tool: Floats, mill_length_mm: float  # noqa: N803
+    rig: Rig,
+    *,
+    T_flange_camera: Floats,
+    T_flange_tool: Floats,
+    mill_length_mm: float,
 ) -> Bodies:
     """The scanner's two devices, the wrist, and the spindle above the mill."""
     forward = rig.T_projector_camera[2, :3]

@@ -33,11 +33,11 @@ class AttainedPoses:
         self._offset = np.array([sheet.offset_mm] * 3 + [np.radians(sheet.offset_deg)] * 3)
         self._scatter = np.array([sheet.scatter_mm] * 3 + [np.radians(sheet.scatter_deg)] * 3)
 
-    def attained(self, T_commanded: Floats) -> Floats:  # noqa: N803 (T_target_source)
+    def attained(self, T_commanded: Floats) -> Floats:
         """(4, 4) where a move to ``T_commanded`` ends this time."""
         return T_commanded @ motion(self.offset(T_commanded) + self._scatter * self._rng.normal(size=6))
 
-    def offset(self, T_commanded: Floats) -> Floats:  # noqa: N803
+    def offset(self, T_commanded: Floats) -> Floats:
         """(6,) error of accuracy there: mm along and rad about the axes of the flange."""
         turn = Rotation.from_matrix(T_commanded[:3, :3]).as_rotvec()
         place = np.concatenate([T_commanded[:3, 3], turn])

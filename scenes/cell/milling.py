@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import manifold3d
@@ -41,7 +42,7 @@ def _runs(tips: Floats) -> list[slice]:
     steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
     back = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < _TURN_COS) + 1
     ends = [0, *back.tolist(), len(tips) - 1]
-    return [slice(a, b + 1) for a, b in zip(ends, ends[1:], strict=False) if b > a]
+    return [slice(a, b + 1) for a, b in itertools.pairwise(ends) if b > a]
 
 
 def _given_way(body: manifold3d.Manifold, tools: Floats, spec: MillSpec) -> Cut:
@@ -49,7 +50,7 @@ def _given_way(body: manifold3d.Manifold, tools: Floats, spec: MillSpec) -> Cut:
     tips, axes = tools[:, :3, 3], tools[:, :3, 2]
     places = [mill(tip, axis, spec.radius_mm, spec.length_mm) for tip, axis in zip(tips, axes, strict=True)]
     back = np.zeros(len(tips))
-    for number, (here, there) in enumerate(zip(places, places[1:], strict=False)):
+    for number, (here, there) in enumerate(itertools.pairwise(places)):
         way = float(np.linalg.norm(tips[number + 1] - tips[number]))
         fresh = (body ^ manifold3d.Manifold.batch_hull([here, there])) - here
         section = fresh.volume() / max(way, 1e-9)

@@ -33,7 +33,7 @@ class SimulatedArm:
         sheet: PositionerSheet,
         attained: AttainedPoses,
         *,
-        T_home: Floats,  # noqa: N803 (T_target_source)
+        T_home: Floats,
         refuse: Callable[[Floats], None],
     ) -> None:
         self._sheet, self._attained, self._refuse = sheet, attained, refuse
@@ -45,7 +45,7 @@ class SimulatedArm:
         """The data sheet."""
         return self._sheet
 
-    def move(self, T_base_flange: Floats) -> Floats:  # noqa: N803
+    def move(self, T_base_flange: Floats) -> Floats:
         """Go there; the encoders know of no error of the links, so they report the command."""
         away = float(np.linalg.norm(T_base_flange[:3, 3]))
         if away > self._sheet.reach_mm:
@@ -61,7 +61,7 @@ class SimulatedArm:
 class SimulatedTable:
     """A turntable: its flange is its plate, which turns about its own z and goes nowhere else."""
 
-    def __init__(self, sheet: PositionerSheet, attained: AttainedPoses, *, T_home: Floats) -> None:  # noqa: N803
+    def __init__(self, sheet: PositionerSheet, attained: AttainedPoses, *, T_home: Floats) -> None:
         self._sheet, self._attained, self._home = sheet, attained, T_home
         self.T_true = T_home
 
@@ -70,7 +70,7 @@ class SimulatedTable:
         """The data sheet."""
         return self._sheet
 
-    def move(self, T_base_flange: Floats) -> Floats:  # noqa: N803
+    def move(self, T_base_flange: Floats) -> Floats:
         """Turn the plate."""
         turn = np.linalg.inv(self._home) @ T_base_flange
         off = np.abs(turn[:3, 3]).max() + np.abs(turn[:3, 2] - [0.0, 0.0, 1.0]).max()

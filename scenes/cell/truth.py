@@ -34,7 +34,7 @@ class Left:
     gouge_mm: float
 
 
-def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> tuple[float, float]:  # noqa: N803
+def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> tuple[float, float]:
     """Where the middle of the mill's end is over a burr's base, mm: across the burr, and along the normal.
 
     The surface under the burr is taken for the plane face (in the meridian) of its middle.
@@ -52,15 +52,15 @@ def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> 
     return float(across), float(height)
 
 
-def left_of(
-    spec: WheelSpec, burrs: Sequence[BurrSpec], cuts: Sequence[Cut], burr: TrueBurr
-) -> Left:
+def left_of(spec: WheelSpec, burrs: Sequence[BurrSpec], cuts: Sequence[Cut], burr: TrueBurr) -> Left:
     """What a mill's passes left of one burr. One boolean of the wheel, O(faces near the burr)."""
     wheel = build_wheel(spec, burrs, milled=cuts)
     before = build_wheel(spec, burrs)
     near = _near(wheel, burr)
     deviation = deviation_mm(_samples(wheel.vertices_mm, wheel.faces[near]), wheel.generatrix_zr_mm)
-    untouched = deviation_mm(before.vertices_mm[before.faces[_near(before, burr)]].reshape(-1, 3), wheel.generatrix_zr_mm)
+    untouched = deviation_mm(
+        before.vertices_mm[before.faces[_near(before, burr)]].reshape(-1, 3), wheel.generatrix_zr_mm
+    )
     # chamfers and the like were there before
     return Left(float(deviation.max()), float(-(deviation.min() - min(untouched.min(), 0.0))))
 

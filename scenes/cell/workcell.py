@@ -28,7 +28,7 @@ from scenes.wheel import Cut, Wheel, build_wheel
 _TILT_DEG = 35.0
 """Between the mill and the camera's axis: it comes from above the picture, and the camera sees beside it."""
 _ABOVE = 0.14
-"""How far above the middle of the picture its end is seen, in working distances: a default camera sees 0.187."""
+"""How far above the picture's middle its end is seen, in working distances: a default camera sees 0.187."""
 _MOUNT = motion(np.array([-60.0, 40.0, 90.0, 0.05, -0.08, 0.6]))
 """The camera on the flange, somehow."""
 
@@ -155,7 +155,7 @@ class SimulatedCell:
         self.cuts += milled(self.wheel, self.cuts, tools, self.spec.mill)
         self._seen = None
 
-    def _refuse(self, T_base_flange: Floats) -> None:  # noqa: N803
+    def _refuse(self, T_base_flange: Floats) -> None:
         self._around.refuse_touching(
             T_base_flange,
             T_base_plate=self.table.T_true,

@@ -28,7 +28,7 @@ _MARGIN_SECTIONS = 2
 _MILL = -2
 """Owner of faces that a mill left, until they become the wheel's."""
 _TEXTURE_MM = 100.0
-"""Length to which u and v of milled faces run from 0 to 1: any, for their finish has no direction of its own."""
+"""Length to which u and v of milled faces run from 0 to 1: any will do."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def _touched(tool: Tool, sections: int) -> Bools:
 
 
 def _milled(cut: Cut, sections: int) -> Bools:
-    """(sections,) the sections that a mill may reach into: its middle's, and as many beside them as it is wide."""
+    """(sections,) the sections that a mill may reach into: as many beside its middle's as it is wide."""
     tips = np.asarray(cut.tips_mm)
     step = 360.0 / sections
     radius = float(np.hypot(tips[:, 0], tips[:, 1]).min())

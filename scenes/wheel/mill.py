@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -44,10 +45,7 @@ class Cut:
             mill(np.array(tip), np.array(axis), self.radius_mm, self.length_mm)
             for tip, axis in zip(self.tips_mm, self.axes, strict=True)
         ]
-        hulls = [
-            manifold3d.Manifold.batch_hull([here, there])
-            for here, there in zip(places, places[1:], strict=False)
-        ]
+        hulls = [manifold3d.Manifold.batch_hull([here, there]) for here, there in itertools.pairwise(places)]
         return manifold3d.Manifold.batch_boolean(hulls or places, manifold3d.OpType.Add)
 
 

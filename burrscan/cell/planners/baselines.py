@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.cell.choices import TURN_DEG
+from burrscan.arrays import Floats
 from burrscan.cell.belief import shifted
+from burrscan.cell.choices import TURN_DEG
 from burrscan.cell.planners.known import Known
 
 _AGAIN = 1e-3
@@ -18,7 +19,7 @@ def ring(known: Known) -> list[int]:
     As many as there may be looks, each in the middle of the widest gap (van der Corput's order), so that a
     ring which is broken off is as even as it can be.
     """
-    turns = int(round(360.0 / TURN_DEG))
+    turns = round(360.0 / TURN_DEG)
     order = sorted(range(known.most), key=_reversed_bits)
     wanted = [round(turns * place / known.most) % turns for place in order]
     rest = [number for number in range(len(known.choices)) if number not in wanted]
@@ -44,7 +45,7 @@ def greedy(known: Known) -> list[int]:
     for number in known.taken:
         choice = known.choices[number]
         looked += shifted(known.arms[choice.arm].surface.seen, -choice.cells)
-    worth = area * _AGAIN**looked
+    worth: Floats = area * np.power(_AGAIN, looked)
     value = np.array(
         [
             (worth * shifted(known.arms[choice.arm].surface.seen, -choice.cells)).sum()

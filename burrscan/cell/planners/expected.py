@@ -1,4 +1,4 @@
-"""The next look is the one that is expected to find most per second (Stone, Theory of Optimal Search, 1975)."""
+"""The look that is expected to find most per second (Stone, Theory of Optimal Search, 1975)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def expected(known: Known) -> list[int]:
     """Numbers of the choices, best first.
 
     What a look is worth is the number of burrs that it would show for the first time: over cells, how many
-    there may be times what is left times the probability that the cell is in sight, answers (learnt by the tilt of its
-    normal from the looks so far), and is found. A suspicious place counts in the same currency, where one of
-    its flanks is in sight and answers. O(choices × cells).
+    there may be times what is left times the probability that the cell is in sight, answers (learnt by the
+    tilt of its normal from the looks so far), and is found. A suspicious place counts in the same currency,
+    where one of its flanks is in sight and answers. O(choices × cells).
     """
     if known.belief is None or known.chart is None:
         return list(range(len(known.choices)))
@@ -54,11 +54,11 @@ def _poses(known: Known, number: int) -> tuple[Floats, Floats]:
     """The table's pose and the camera's."""
     station, choice = known.station, known.choices[number]
     pose = known.arms[choice.arm].T_base_camera
-    return turned(station.T_base_plate, choice.turn_deg), stand_of(choice, [pose] * (choice.arm + 1)).T_base_camera
+    return turned(station.T_base_plate, choice.turn_deg), stand_of(
+        choice, [pose] * (choice.arm + 1)
+    ).T_base_camera
 
 
 def _seconds(known: Known, here: tuple[Floats, Floats], there: tuple[Floats, Floats]) -> float:
     station = known.station
-    return max(
-        seconds(station.table.sheet, here[0], there[0]), seconds(station.arm.sheet, here[1], there[1])
-    )
+    return max(seconds(station.table.sheet, here[0], there[0]), seconds(station.arm.sheet, here[1], there[1]))
