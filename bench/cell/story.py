@@ -327,7 +327,7 @@ def _plain(value: Any) -> Any:
 def _sentence(progress: Progress, score: LookScore) -> str:
     return (
         f"look {len(progress.looks)}: table at {score.turn_deg:.0f} deg, camera {score.elevation_deg:.0f} "
-        f"deg up{', on its side' if score.roll_deg else ''}: {100 * score.coverage:.0f} % of the part measured, "
+        f"deg up{', on its side' if score.roll_deg else ''}: {100 * score.coverage:.0f} % measured, "
         f"{len(inspection_of(progress).burrs)} burrs called, {100 * score.left:.1f} % that one is left"
     )
 

@@ -115,7 +115,9 @@ def _silhouette(generatrix: Generatrix) -> Floats:
         along = np.linspace(0.0, 1.0, len(z))
         place = np.round((np.interp(dense, along, z) - low) / _SHADOW_GRID_MM).astype(int)
         np.maximum.at(radius, np.clip(place, 0, len(grid) - 1), np.interp(dense, along, r))
-    return np.stack([grid, radius])
+    # a wall between two places belongs to neither: what stands on it must not be inside
+    beside = np.minimum(np.append(radius[1:], 0.0), np.append(0.0, radius[:-1]))
+    return np.stack([grid, np.minimum(radius, beside)])
 
 
 def _around(zr: Floats, angles: Floats) -> Floats:

@@ -171,9 +171,8 @@ def _progress(
     looks: Sequence[Look], after: Fused, arms: Sequence[Arm], choices: Sequence[Choice], burrs: float
 ) -> Progress:
     chart, belief = after.chart, after.belief
-    sights: Bools = np.any(
-        [shifted(arms[choice.arm].surface.seen, -choice.cells) for choice in choices], axis=0
-    )
+    shows = [arm.surface.seen & (belief.answer(arm.surface.tilt_deg) > _ANSWERS) for arm in arms]
+    sights: Bools = np.any([shifted(shows[choice.arm], -choice.cells) for choice in choices], axis=0)
     area = np.broadcast_to(chart.area_mm2[:, None], chart.shape)
     return Progress(
         looks=tuple(looks),
@@ -184,5 +183,7 @@ def _progress(
     )
 
 
+_ANSWERS = 0.2
+"""A cell that is measured less often than this when it is in sight cannot be seen."""
 _LOOKED = 0.5
 """A cell is covered where a burr would more likely have been found than not."""

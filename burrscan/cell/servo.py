@@ -30,6 +30,8 @@ moved by 2 mm and 1 degree, 100 mm from its middle, and an arm that is off by ha
 the first."""
 _SQUARE_DEG = 0.5
 """The mill stands upright within this: over its radius of 2 mm it is 0.017 mm."""
+_OTHER_WAY_DEG = 40.0
+"""Turn about the mill for the next look where one did not find the burr: its flank answers from there."""
 _ROLLS_DEG = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0)
 """Turns of the flange about the mill, tried in this order: the mill is round, the scanner need not touch."""
 
@@ -48,6 +50,10 @@ class Glance:
         How far the mill was from where it should have been: across the burr, and along its normal.
     tilt_deg
         And its axis from the burr's normal.
+    inspection
+        Of this look.
+    why
+        What the pipeline said where it found no surface of revolution.
 
     """
 
@@ -56,6 +62,12 @@ class Glance:
     off_mm: tuple[float, float]
     tilt_deg: float
     inspection: Inspection | None = None
+    why: str = ""
+
+    @property
+    def off(self) -> float:
+        """The larger of the two distances, mm."""
+        return max(map(abs, self.off_mm))
 
     def __post_init__(self) -> None:
         freeze(self, T_base_camera=self.T_base_camera, T_tool_burr=self.T_tool_burr)
@@ -123,33 +135,31 @@ def servo(
     plate = station.table.move(turned(station.T_base_plate, turn))
     expected = plate @ T_plate_burr
     glances: list[Glance] = []
-    found: Burr | None = None
     roll: float | None = None
-    for number in range(most):
-        height = HEIGHTS_MM[min(number, len(HEIGHTS_MM) - 1)]
-        wanted = lift(expected, height)
-        reported, roll = _move(station, wanted, roll)
-        try:
-            seen = run(station.scanner, pipeline or Pipeline()).inspection
-        except InputError as error:
-            return Servoed(False, f"look {number + 1}: {error}", tuple(glances), None)
-        at = np.linalg.inv(reported) @ expected
-        found = _nearest(seen, burr, at, _GATE_MM[min(number, 1)])
-        if found is None:
-            glances.append(Glance(reported, None, (np.nan, np.nan), np.nan, seen))
-            why = (
-                f"look {number + 1} finds no {burr.side} within {_GATE_MM[min(number, 1)]:g} mm of its place"
-            )
-            return Servoed(False, why, tuple(glances), None)
-        glance = _glance(station, reported, found, height, seen)
+    for _ in range(most):
+        before = [glance for glance in glances if glance.T_tool_burr is not None]
+        height = HEIGHTS_MM[min(len(before), len(HEIGHTS_MM) - 1)]
+        reported, roll = _move(station, lift(expected, height), roll)
+        found, glance = _glance(
+            station, reported, burr, expected, height, pipeline, gate=_GATE_MM[bool(before)]
+        )
         glances.append(glance)
-        expected = _followed(expected, reported @ found.T_mesh_burr, first=number == 0)
-        if max(map(abs, glance.off_mm)) <= tolerance_mm and glance.tilt_deg <= _SQUARE_DEG:
+        if found is None:
+            roll += _OTHER_WAY_DEG if len(glances) % 2 else -2.0 * _OTHER_WAY_DEG
+            continue
+        expected = (
+            _followed(expected, reported @ found.T_mesh_burr) if before else reported @ found.T_mesh_burr
+        )
+        if glance.off <= tolerance_mm and glance.tilt_deg <= _SQUARE_DEG:
             return Servoed(True, "", tuple(glances), found, roll)
-    off = max(map(abs, glances[-1].off_mm))
-    return Servoed(
-        False, f"{most} looks leave {off:.3f} mm, more than {tolerance_mm:g}", tuple(glances), found
-    )
+    return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
+
+
+def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
+    last = glances[-1]
+    if last.T_tool_burr is None:
+        return last.why or f"look {len(glances)} finds no {burr.side} near its place"
+    return f"{len(glances)} looks leave {last.off:.3f} mm, more than {tolerance_mm:g}"
 
 
 def _facing_turn(station: Station, T_plate_burr: Floats) -> float:
@@ -218,23 +228,38 @@ def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float
     return near if near is not None and away(near) <= gate_mm else None
 
 
-def _glance(station: Station, reported: Floats, found: Burr, height_mm: float, seen: Inspection) -> Glance:
+def _glance(
+    station: Station,
+    reported: Floats,
+    burr: Burr,
+    expected: Floats,
+    height_mm: float,
+    pipeline: Pipeline | None,
+    *,
+    gate: float,
+) -> tuple[Burr | None, Glance]:
+    """Look, find the burr, and say where the mill is over it."""
+    try:
+        seen = run(station.scanner, pipeline or Pipeline()).inspection
+    except InputError as error:
+        return None, Glance(reported, None, (np.nan, np.nan), np.nan, why=str(error))
+    found = _nearest(seen, burr, np.asarray(np.linalg.inv(reported) @ expected, float), gate)
+    if found is None:
+        return None, Glance(reported, None, (np.nan, np.nan), np.nan, seen)
     T_tool_burr = np.linalg.inv(station.T_camera_tool) @ found.T_mesh_burr
     # the mill's place over the burr, in the burr's own axes
     place = np.linalg.inv(T_tool_burr)
-    across, normal = float(place[1, 3]), float(place[2, 3] - height_mm)
     tilt = float(np.degrees(np.arccos(np.clip(place[2, 2], -1.0, 1.0))))
-    return Glance(reported, T_tool_burr, (across, normal), tilt, seen)
+    off = (float(place[1, 3]), float(place[2, 3] - height_mm))
+    return found, Glance(reported, np.asarray(T_tool_burr, float), off, tilt, seen)
 
 
-def _followed(expected: Floats, measured: Floats, *, first: bool) -> Floats:
-    """Where the burr is expected now: as measured; from the second look on half way to it along and about.
+def _followed(expected: Floats, measured: Floats) -> Floats:
+    """Where the burr is expected now: as measured, but along its length half way only.
 
     Its place across and along the normal is what a look measures well. Its middle along its length moves
-    with what was seen of its ends, so it is followed by half.
+    with what was seen of its ends.
     """
-    if first:
-        return measured
     step = np.linalg.inv(measured) @ expected
     kept = np.eye(4)
     kept[0, 3] = 0.5 * step[0, 3]

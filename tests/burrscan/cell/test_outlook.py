@@ -1,0 +1,112 @@
+"""What a pose shows of a part, against rays cast at a mesh of it, and the map's own geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from burrscan.arrays import Bools, Floats
+from burrscan.cell.chart import AROUND, Chart, chart_of
+from burrscan.cell.outlook import STEEPEST_DEG, outlook
+from tests.burrscan.cell.parts import RADIUS_MM, STEP_MM, facing, generatrix, rig
+
+
+@pytest.fixture(scope="module")
+def stepped() -> Chart:
+    return chart_of(generatrix(step=True))
+
+
+def test_the_cells_have_the_area_of_the_surface(stepped: Chart) -> None:
+    drum, wide = 2 * np.pi * RADIUS_MM * 40.0, 2 * np.pi * STEP_MM * 40.0
+    wall = np.pi * (STEP_MM**2 - RADIUS_MM**2)
+    assert stepped.area_mm2.sum() * AROUND == pytest.approx(drum + wide + wall, rel=0.01)
+
+
+def test_normals_point_out_of_the_material(stepped: Chart) -> None:
+    on_drum = (stepped.zr_mm[:, 0] < 38.0) & (abs(stepped.zr_mm[:, 1] - RADIUS_MM) < 0.1)
+    assert on_drum.sum() > 5
+    assert np.allclose(stepped.normals_zr[on_drum], [0.0, 1.0])
+    on_wall = (stepped.zr_mm[:, 1] > RADIUS_MM + 3.0) & (stepped.zr_mm[:, 1] < STEP_MM - 3.0)
+    assert np.allclose(stepped.normals_zr[on_wall], [-1.0, 0.0])  # the wall below the wide drum looks down
+
+
+def test_cells_of_their_own_middles(stepped: Chart) -> None:
+    points = stepped.points_mm(stepped.angles).reshape(-1, 3)
+    along, around = stepped.cells_of(points)
+    assert np.array_equal(along.reshape(stepped.shape), np.indices(stepped.shape)[0])
+    assert np.array_equal(around.reshape(stepped.shape), np.indices(stepped.shape)[1])
+    assert (stepped.cells_of(points + np.array([0.0, 0.0, 300.0]))[0] == -1).all()
+
+
+def test_what_is_seen_is_what_rays_reach(stepped: Chart) -> None:
+    # from below, so that the wide drum hides nothing; and from above, where it hides the narrow one
+    mesh = trimesh.creation.revolve(
+        [[0.0, 0.0], [RADIUS_MM, 0.0], [RADIUS_MM, 40.0], [STEP_MM, 40.0], [STEP_MM, 80.0], [0.0, 80.0]],
+        sections=240,
+    )
+    some = slice(None, None, 5)
+    angles = stepped.angles[some]
+    points, normals = stepped.points_mm(angles), stepped.normals(angles)
+    for tilt_deg in (-25.0, 0.0, 30.0):
+        pose = facing(0.0, z_mm=40.0) @ _tilted(tilt_deg)
+        found = outlook(stepped, rig(), pose, angles)
+        back = np.linalg.inv(pose)
+        reached = np.ones(points.shape[:2], bool)
+        for eye in (np.zeros(3), rig().projector_centre_mm):
+            way = back[:3, :3] @ eye + back[:3, 3] - points
+            way /= np.linalg.norm(way, axis=-1, keepdims=True)
+            reached &= (way * normals).sum(axis=-1) > np.cos(np.radians(STEEPEST_DEG))
+            reached[reached] = ~_hits(mesh.triangles, (points + 0.05 * normals)[reached], way[reached])
+        # the edge of a shadow runs through cells: few may differ
+        assert (found.seen != reached).mean() < 0.03, tilt_deg
+        assert reached.sum() > 40
+
+
+def _tilted(tilt_deg: float) -> Floats:
+    turn, about = np.radians(tilt_deg), np.eye(4)
+    about[0, [0, 2]], about[2, [0, 2]] = (np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))
+    return about
+
+
+def _hits(triangles: Floats, starts: Floats, ways: Floats) -> Bools:
+    """Whether rays hit any triangle (Moeller & Trumbore 1997)."""
+    a, edge1, edge2 = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    hit = np.zeros(len(starts), bool)
+    for number, (start, way) in enumerate(zip(starts, ways, strict=True)):
+        across = np.cross(way, edge2)
+        det = (edge1 * across).sum(axis=1)
+        det = np.where(np.abs(det) < 1e-12, np.nan, det)
+        u = ((start - a) * across).sum(axis=1) / det
+        turned = np.cross(start - a, edge1)
+        v, t = turned @ way / det, (edge2 * turned).sum(axis=1) / det
+        hit[number] = bool(((u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-6)).any())
+    return hit
+
+
+def test_a_turn_of_the_part_turns_the_map(stepped: Chart) -> None:
+    one = outlook(stepped, rig(), facing(0.0), stepped.angles).seen
+    other = outlook(stepped, rig(), facing(30.0), stepped.angles).seen
+    assert np.array_equal(np.roll(one, AROUND // 12, axis=1), other)
+
+
+def test_the_tilt_is_zero_where_the_part_mirrors_the_projector(stepped: Chart) -> None:
+    view = outlook(stepped, rig(), facing(0.0), stepped.angles)
+    row, cell = np.unravel_index(np.argmin(view.tilt_deg), view.tilt_deg.shape)
+    point, normal = stepped.points_mm(stepped.angles)[row, cell], stepped.normals(stepped.angles)[row, cell]
+    back = np.linalg.inv(facing(0.0))
+    towards, light = (
+        place - point for place in (back[:3, 3], back[:3, :3] @ rig().projector_centre_mm + back[:3, 3])
+    )
+    mirrored = 2.0 * normal * (normal @ towards) - towards
+    cosine = mirrored @ light / np.linalg.norm(mirrored) / np.linalg.norm(light)
+    assert np.degrees(np.arccos(cosine)) < 2.1 * view.tilt_deg.min() + 1e-6
+
+
+def test_a_leaning_flank_faces_another_way(stepped: Chart) -> None:
+    upright = outlook(stepped, rig(), facing(0.0), stepped.angles)
+    leaning = outlook(stepped, rig(), facing(0.0), stepped.angles, lean_deg=50.0)
+    here = np.argmin(np.abs(stepped.angles - 0.03))
+    row = 5
+    assert leaning.slope_deg[row, here] == pytest.approx(50.0, abs=6.0)
+    assert upright.slope_deg[row, here] < 10.0
