@@ -9,7 +9,7 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -225,7 +225,19 @@ def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float
 
     calls = [call for call in seen.burrs if call.side == burr.side and np.isfinite(call.T_mesh_burr).all()]
     near = min(calls, key=away, default=None)
-    return near if near is not None and away(near) <= gate_mm else None
+    return _along(near, T_camera_burr) if near is not None and away(near) <= gate_mm else None
+
+
+def _along(found: Burr, T_camera_burr: Floats) -> Burr:
+    """The burr with its x axis in the sense of the one expected.
+
+    A burr's line has no sense of its own, and where it changed the arm would swing to the other side, by
+    half a turn: a long way, on which its error of accuracy changes by millimetres.
+    """
+    pose = found.T_mesh_burr
+    if pose[:3, 0] @ T_camera_burr[:3, 0] >= 0.0:
+        return found
+    return replace(found, T_mesh_burr=pose @ np.diag([-1.0, -1.0, 1.0, 1.0]))
 
 
 def _glance(
