@@ -262,8 +262,9 @@ def _off_mm(cell: SimulatedCell, reached: Servoed, owner: int) -> float:
     """True distance of the mill from its place over the burr; NaN where there is none."""
     if owner < 0 or not reached.glances:
         return float("nan")
-    height = HEIGHTS_MM[min(len(reached.glances), len(HEIGHTS_MM)) - 1]
-    across, normal = tool_over(cell.T_part_tool, cell.wheel.burrs[owner], cell.wheel.generatrix_zr_mm)
+    found = sum(glance.T_tool_burr is not None for glance in reached.glances)
+    height = HEIGHTS_MM[max(min(found, len(HEIGHTS_MM)) - 1, 0)]
+    across, normal = tool_over(cell.T_part_tool, cell.wheel, owner)
     return float(max(abs(across), abs(normal - height)))
 
 

@@ -15,8 +15,9 @@ from burrscan.rig import Rig
 
 ELEVATIONS_DEG = (32.0, 10.0, 55.0)
 """Of the camera above the table, the first look's first: it sees the side and the upper face."""
-ROLLS_DEG = (0.0, 90.0)
-"""Of the camera about its axis: a flank may mirror the part inside one epipolar plane, not inside both."""
+ROLLS_DEG = (90.0, 0.0)
+"""Of the camera about its axis: a flank may mirror the part inside one epipolar plane, not inside both. With
+the baseline along the axis both flanks of an axial burr are measured alike; it comes first."""
 TURN_DEG = 15.0
 """Between turns of the table: five cells of the chart."""
 FLANK_DEG = 50.0

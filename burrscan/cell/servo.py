@@ -9,7 +9,7 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,13 +18,14 @@ from burrscan.arrays import Floats, freeze
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
+from burrscan.cell.track import tracked
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Inspection
 from burrscan.pipeline import Pipeline, run
 
 HEIGHTS_MM = (30.0, 15.0, 8.0, 8.0)
 """Of the mill over the surface in each look: it comes in steps, and at the last ones it is near."""
-_GATE_MM = (8.0, 2.0)
+_GATE_MM = (6.0, 2.0)
 """How far from where it is expected the burr may be, in the first look and in later ones: a part that was
 moved by 2 mm and 1 degree, 100 mm from its middle, and an arm that is off by half a millimetre, are within
 the first."""
@@ -214,32 +215,6 @@ def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Fl
     raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")
 
 
-def _nearest(seen: Inspection, burr: Burr, T_camera_burr: Floats, gate_mm: float) -> Burr | None:
-    """The call of the same side nearest to where the burr is expected, across it."""
-    into = np.linalg.inv(T_camera_burr)
-
-    def away(call: Burr) -> float:
-        x, y, z = (into @ call.T_mesh_burr)[:3, 3]
-        along = max(abs(x) - 0.5 * max(burr.length_mm.value, call.length_mm.value), 0.0)
-        return float(np.linalg.norm([along, y, z]))
-
-    calls = [call for call in seen.burrs if call.side == burr.side and np.isfinite(call.T_mesh_burr).all()]
-    near = min(calls, key=away, default=None)
-    return _along(near, T_camera_burr) if near is not None and away(near) <= gate_mm else None
-
-
-def _along(found: Burr, T_camera_burr: Floats) -> Burr:
-    """The burr with its x axis in the sense of the one expected.
-
-    A burr's line has no sense of its own, and where it changed the arm would swing to the other side, by
-    half a turn: a long way, on which its error of accuracy changes by millimetres.
-    """
-    pose = found.T_mesh_burr
-    if pose[:3, 0] @ T_camera_burr[:3, 0] >= 0.0:
-        return found
-    return replace(found, T_mesh_burr=pose @ np.diag([-1.0, -1.0, 1.0, 1.0]))
-
-
 def _glance(
     station: Station,
     reported: Floats,
@@ -252,10 +227,12 @@ def _glance(
 ) -> tuple[Burr | None, Glance]:
     """Look, find the burr, and say where the mill is over it."""
     try:
-        seen = run(station.scanner, pipeline or Pipeline()).inspection
+        outcome = run(station.scanner, pipeline or Pipeline())
     except InputError as error:
         return None, Glance(reported, None, (np.nan, np.nan), np.nan, why=str(error))
-    found = _nearest(seen, burr, np.asarray(np.linalg.inv(reported) @ expected, float), gate)
+    seen = outcome.inspection
+    at = np.asarray(np.linalg.inv(reported) @ expected, float)
+    found = tracked(outcome, burr, at, gate_mm=gate)
     if found is None:
         return None, Glance(reported, None, (np.nan, np.nan), np.nan, seen)
     T_tool_burr = np.linalg.inv(station.T_camera_tool) @ found.T_mesh_burr

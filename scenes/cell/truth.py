@@ -13,6 +13,8 @@ from scenes.wheel.spec import BurrSpec
 
 _FINE_MM = 0.15
 """Faces that a mill left are looked at in pieces of this size: the deepest place lies inside of them."""
+_NEAR_MM = 6.0
+"""Of a burr's length around the mill that its middle is taken over."""
 _BESIDE_MM = 1.0
 """Around a burr's extent that counts as its place."""
 
@@ -34,11 +36,14 @@ class Left:
     gouge_mm: float
 
 
-def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> tuple[float, float]:
-    """Where the middle of the mill's end is over a burr's base, mm: across the burr, and along the normal.
+def tool_over(T_part_tool: Floats, wheel: Wheel, number: int) -> tuple[float, float]:
+    """Where the middle of the mill's end is over a burr, mm: across it, and along the surface's normal.
 
-    The surface under the burr is taken for the plane face (in the meridian) of its middle.
+    Across it counts from the middle of the burr's own faces near the mill, by their area: of a curled or
+    leaning burr that is where its metal is, not where its root is. The surface under the burr is taken for
+    the plane face (in the meridian) of its middle.
     """
+    burr, generatrix_zr_mm = wheel.burrs[number], wheel.generatrix_zr_mm
     x, y, z = T_part_tool[:3, 3]
     crest = burr.ridge_mm[len(burr.ridge_mm) // 2]
     foot, normal = _foot(np.array([crest[2], np.hypot(crest[0], crest[1])]), generatrix_zr_mm)
@@ -46,10 +51,24 @@ def tool_over(T_part_tool: Floats, burr: TrueBurr, generatrix_zr_mm: Floats) -> 
     if burr.kind == "rim":
         base = np.array([z, radius]) - foot
         return float(base @ np.array([normal[1], -normal[0]])), float(base @ normal)
-    turn = np.arctan2(y, x) - np.radians(burr.angle_deg)
+    turn = np.arctan2(y, x) - _middle(wheel, number, z)
     across = radius * np.sin(turn)
     height = (np.array([z, radius * np.cos(turn)]) - foot) @ normal
     return float(across), float(height)
+
+
+def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
+    """Angle, rad, of the middle of a burr's faces within a few millimetres of a place along the axis."""
+    corners = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    middle = corners.mean(axis=1)
+    low, high = wheel.burrs[number].z_start_mm, wheel.burrs[number].z_end_mm
+    near = np.abs(middle[:, 2] - np.clip(z_mm, low, high)) < _NEAR_MM
+    away = np.angle(
+        np.exp(1j * (np.arctan2(middle[:, 1], middle[:, 0]) - np.radians(wheel.burrs[number].angle_deg)))
+    )
+    weight = np.where(near, area, 0.0) if near.any() else area
+    return float(np.radians(wheel.burrs[number].angle_deg) + (weight * away).sum() / weight.sum())
 
 
 def left_of(spec: WheelSpec, burrs: Sequence[BurrSpec], cuts: Sequence[Cut], burr: TrueBurr) -> Left:

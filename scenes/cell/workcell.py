@@ -25,10 +25,10 @@ from scenes.simulate import Simulation, simulate
 from scenes.stores import Store
 from scenes.wheel import Cut, Wheel, build_wheel
 
-_TILT_DEG = 35.0
-"""Between the mill and the camera's axis: it comes from above the picture, and the camera sees beside it."""
-_ABOVE = 0.14
-"""How far above the picture's middle its end is seen, in working distances: a default camera sees 0.187."""
+_TILT_DEG = 25.0
+"""Between the mill and the camera's axis."""
+_ASIDE = 0.16
+"""How far beside the picture's middle its end is seen, in working distances: a default camera sees 0.233."""
 _MOUNT = motion(np.array([-60.0, 40.0, 90.0, 0.05, -0.08, 0.6]))
 """The camera on the flange, somehow."""
 
@@ -228,9 +228,17 @@ def _nudge(rng: np.random.Generator, sigma_mm: float, sigma_deg: float) -> Float
 
 
 def _tool(standoff_mm: float) -> Floats:
-    """The mill in the camera's frame: its end high in what the camera sees, clear of a part in its middle."""
+    """The mill in the camera's frame: its end to the left in what the camera sees, away from the projector.
+
+    So camera and projector lie in one plane with the mill, and look along a burr that the mill follows: both
+    of its flanks are seen alike, and none mirrors the part inside the epipolar plane.
+    """
     s, c = np.sin(np.radians(_TILT_DEG)), np.cos(np.radians(_TILT_DEG))
-    above = -_ABOVE * standoff_mm
     return np.array(
-        [[1.0, 0.0, 0.0, 0.0], [0.0, -c, -s, above], [0.0, s, -c, standoff_mm], [0.0, 0.0, 0.0, 1.0]]
+        [
+            [-c, 0.0, -s, -_ASIDE * standoff_mm],
+            [0.0, 1.0, 0.0, 0.0],
+            [s, 0.0, -c, standoff_mm],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
     )
