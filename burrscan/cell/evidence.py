@@ -29,7 +29,7 @@ _UNFACED = 0.25
 """Worth, in burrs, of facing one that is known and was seen obliquely only: its size, and often its side."""
 _CERTAIN = 0.5
 """A burr is called from this probability on."""
-_SUSPICIOUS = (0.02, 0.98)
+_SUSPICIOUS = (0.02, 0.95)
 """Between these a place is worth another look."""
 
 
@@ -171,7 +171,8 @@ def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burr
     real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
     # a false call has that many looks to arise in; what confirms it must be false as well, from a
     # blemish that is there, so that it is confirmed as often as not
-    false = np.log(FALSE_CALLS * max(len(chances), 1)) + (called.sum() - 1 + silent.sum()) * np.log(0.5)
+    told = int(called.sum() + silent.sum())
+    false = np.log(FALSE_CALLS * told) + (told - 1) * np.log(0.5)
     probability = float(1.0 / (1.0 + np.exp(np.clip(false - real, -50.0, 50.0))))
     return Place(tuple(calls), chance, probability, _burr(calls, frame))
 

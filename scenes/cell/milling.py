@@ -13,8 +13,10 @@ from scenes.cell.spec import MillSpec
 from scenes.wheel import Cut, Wheel
 from scenes.wheel.mill import mill
 
-_TURN_COS = 0.0
-"""Feeds that turn back on themselves begin a new pass."""
+_TURN_COS = -0.5
+"""Feeds that turn by more than 120 degrees begin a new pass."""
+_STILL_MM = 0.2
+"""Steps across its axis shorter than this are the arm's scatter, not a feed."""
 _AROUND_MM = 6.0
 """Of the wheel beyond the mill that is looked at: what it may meet."""
 
@@ -29,19 +31,29 @@ def milled(wheel: Wheel, before: Sequence[Cut], tools: Floats, spec: MillSpec) -
     for cut in before:
         body -= cut.swept()
     cuts = []
-    for run in _runs(tools[:, :3, 3]):
+    for run in _runs(tools):
         cut = _given_way(body, tools[run], spec)
         body -= cut.swept()
         cuts.append(cut)
     return cuts
 
 
-def _runs(tips: Floats) -> list[slice]:
-    """Stretches in which the mill goes on: a pass ends where the next step turns back."""
-    steps = np.diff(tips, axis=0)
-    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
-    back = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < _TURN_COS) + 1
-    ends = [0, *back.tolist(), len(tips) - 1]
+def _runs(tools: Floats) -> list[slice]:
+    """Stretches in which the mill goes on: a pass ends where its feed turns back.
+
+    The feed is the step across the mill's axis; going down or up is none.
+    """
+    steps = np.diff(tools[:, :3, 3], axis=0)
+    axes = tools[1:, :3, 2]
+    feeds = steps - (steps * axes).sum(axis=1, keepdims=True) * axes
+    lengths = np.linalg.norm(feeds, axis=1)
+    moving = np.flatnonzero(lengths > _STILL_MM)
+    turns = [
+        int(there)
+        for here, there in itertools.pairwise(moving)
+        if feeds[here] @ feeds[there] < _TURN_COS * lengths[here] * lengths[there]
+    ]
+    ends = [0, *turns, len(tools) - 1]
     return [slice(a, b + 1) for a, b in itertools.pairwise(ends) if b > a]
 
 

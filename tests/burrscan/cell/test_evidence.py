@@ -1,0 +1,90 @@
+"""Calls of several looks: what belongs together, how sure it is, and the sizes of the joined burr."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burrscan.arrays import Floats
+from burrscan.cell.belief import SURE
+from burrscan.cell.chart import chart_of
+from burrscan.cell.evidence import FALSE_CALLS, Call, Place, joined
+from burrscan.inspection import Burr
+from tests.burrscan.cell.parts import axis, burr, generatrix
+
+_CHART = chart_of(generatrix())
+
+
+def _call(look: int, made: Burr, slope_deg: float = 20.0) -> Call:
+    return Call(look, made, np.array(made.T_mesh_burr), slope_deg)
+
+
+def _joined(calls: list[Call], *chances: float) -> tuple[Place, ...]:
+    seen: Floats = np.stack([np.full(_CHART.shape, chance) for chance in chances])
+    return joined(calls, axis=axis(), chart=_CHART, chances=seen, burrs=2.0)
+
+
+def test_calls_of_one_place_are_one_burr() -> None:
+    places = _joined([_call(0, burr()), _call(1, burr(across_mm=0.8)), _call(1, burr(40.0))], SURE, SURE)
+    assert sorted(len(place.calls) for place in places) == [1, 2]
+
+
+def test_one_look_has_one_call_in_a_burr() -> None:
+    places = _joined([_call(0, burr()), _call(0, burr(across_mm=1.0))], SURE)
+    assert len(places) == 2
+
+
+def test_the_odds_are_those_of_the_two_rates() -> None:
+    # called in one look of three that would have found it: Bayes by hand
+    (place,) = _joined([_call(0, burr())], SURE, SURE, SURE)
+    real = 2.0 * SURE * (1.0 - SURE) ** 2
+    false = FALSE_CALLS * 3 * 0.5**2
+    assert place.probability == pytest.approx(real / (real + false))
+    assert not place.certain
+
+
+def test_a_look_that_could_not_see_says_nothing() -> None:
+    (alone,) = _joined([_call(0, burr())], SURE)
+    (beside,) = _joined([_call(0, burr())], SURE, 0.0)
+    (denied,) = _joined([_call(0, burr())], SURE, SURE)
+    assert alone.certain
+    assert beside.certain
+    assert beside.probability == pytest.approx(alone.probability)
+    assert denied.probability < beside.probability - 0.3
+    assert denied.suspicion > 0.2
+
+
+def test_confirmed_calls_are_sure_and_lone_ones_suspicious() -> None:
+    (confirmed,) = _joined([_call(n, burr()) for n in range(3)], SURE, SURE, SURE)
+    (lone,) = _joined([_call(0, burr())], SURE, SURE)
+    assert confirmed.probability > 0.95
+    assert confirmed.suspicion == 0.0
+    assert lone.suspicion > 0.0
+
+
+def test_sizes_are_weighted_by_what_is_stated() -> None:
+    heights = [(1.00, 0.02), (1.10, 0.10)]
+    calls = [_call(n, burr(height_mm=h, sigma_mm=s)) for n, (h, s) in enumerate(heights)]
+    (place,) = _joined(calls, SURE, SURE)
+    weight = np.array([1.0 / s**2 for _, s in heights])
+    mean = (weight * [h for h, _ in heights]).sum() / weight.sum()
+    assert place.burr.height_mm.value == pytest.approx(mean)
+    assert place.burr.height_mm.sigma == pytest.approx(1.0 / np.sqrt(weight.sum()))
+
+
+def test_looks_that_disagree_widen_the_deviation() -> None:
+    calls = [_call(n, burr(height_mm=h, sigma_mm=0.02)) for n, h in enumerate((0.8, 1.0, 1.2))]
+    (place,) = _joined(calls, SURE, SURE, SURE)
+    assert place.burr.height_mm.value == pytest.approx(1.0)
+    # the scatter, not the 0.012 that the stated deviations alone would give
+    assert place.burr.height_mm.sigma == pytest.approx(0.2 / np.sqrt(3.0), rel=0.05)
+
+
+def test_oblique_looks_do_not_tell_sizes_or_sides() -> None:
+    faced = _call(0, burr(height_mm=1.0))
+    oblique = _call(1, burr(height_mm=4.0, side="nick", sigma_mm=0.001, significance=90.0), slope_deg=64.0)
+    (place,) = _joined([faced, oblique], SURE, SURE)
+    assert place.burr.side == "protrusion"
+    assert place.burr.height_mm.value == pytest.approx(1.0)
+    (unfaced,) = _joined([_call(0, oblique.burr, slope_deg=64.0)], SURE)
+    assert unfaced.suspicion > 0.2  # it is to be looked at from in front

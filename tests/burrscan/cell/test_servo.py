@@ -1,0 +1,145 @@
+"""The servo in a world whose scans are exact points of a drum with a ridge, and whose arm is not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from burrscan.arrays import Floats
+from burrscan.axis.basis import T_part_mesh
+from burrscan.cell import servo as module
+from burrscan.cell.positioner import PositionerSheet
+from burrscan.cell.servo import HEIGHTS_MM, servo
+from burrscan.cell.station import Station
+from burrscan.errors import InputError
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Axis, Generatrix, Inspection
+from scenes.cell.errors import AttainedPoses, motion
+from tests.burrscan.cell.parts import RADIUS_MM, burr, generatrix
+from tests.burrscan.cell.test_planners import Blind, Ideal
+
+_SHEET = PositionerSheet(reach_mm=5000.0)
+
+
+class World:
+    """A drum with a ridge at angle 180 over a table, a camera on an arm with errors."""
+
+    def __init__(self, seed: int, *, moved: Floats | None = None, noise_mm: float = 0.01) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.attained = AttainedPoses(_SHEET, identity=(seed,), source="arm")
+        self.sheet = _SHEET
+        self.noise_mm = noise_mm
+        self.T_plate_part = np.eye(4) if moved is None else moved
+        self.T_base_plate = np.eye(4)
+        self.T_base_plate[:3, 3] = 900.0, 0.0, -300.0
+        self.T_base_flange = np.eye(4)
+        self.T_camera_tool = np.array([[-1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -1.0, 600.0], [0, 0, 0, 1.0]])
+        self.looks = 0
+
+    def move(self, T_base_flange: Floats) -> Floats:
+        self.T_base_flange = self.attained.attained(T_base_flange)
+        return T_base_flange
+
+    def station(self) -> Station:
+        return Station(
+            arm=self, table=Ideal(), scanner=Blind(), T_flange_camera=np.eye(4),
+            T_camera_tool=self.T_camera_tool, T_base_plate=self.T_base_plate, standoff_mm=600.0,
+            middle_mm=np.array([0.0, 0.0, 20.0]), size_mm=160.0,
+        )  # fmt: skip
+
+    @property
+    def T_part_tool(self) -> Floats:  # noqa: N802 (T_target_source)
+        part = self.T_base_plate @ self.T_plate_part
+        return np.asarray(np.linalg.inv(part) @ self.T_base_flange @ self.T_camera_tool)
+
+    def scan(self, _scanner: object, _pipeline: object) -> Any:
+        """An outcome as the pipeline would give it, of the side that faces the camera."""
+        self.looks += 1
+        angle, z = np.meshgrid(np.pi + np.arange(-0.6, 0.6, 0.4 / RADIUS_MM), np.arange(0.2, 39.8, 0.4))
+        off = np.abs(angle - np.pi) * RADIUS_MM
+        ridge = np.where(np.abs(z - 20.0) < 5.0, np.clip(1.0 - off / 0.75, 0.0, None), 0.0)
+        radius = RADIUS_MM + ridge + self.noise_mm * self.rng.normal(size=ridge.shape)
+        part = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1).reshape(-1, 3)
+        pose = np.linalg.inv(self.T_base_flange) @ self.T_base_plate @ self.T_plate_part
+        points = part @ pose[:3, :3].T + pose[:3, 3]
+        direction = pose[:3, :3] @ [0.0, 0.0, 1.0]
+        axis = Axis(pose[:3, 3] + 20.0 * direction, direction, np.eye(4) * 1e-8, "given")
+        frame = T_part_mesh(axis.point_mm, axis.direction)
+        shift = float((frame @ pose)[2, 3])
+        line = generatrix()
+        curve = Generatrix(line.z_mm + shift, line.r_mm, line.sigma_mm, line.band_mm)
+        inspection = Inspection(axis, curve, (), frame, deviation_mm(points, axis, curve))
+        surface = SimpleNamespace(vertices_mm=points, vertex_sigma_mm=np.full(len(points), self.noise_mm))
+        return SimpleNamespace(surface=surface, inspection=inspection)
+
+
+def _run(world: World, monkeypatch: pytest.MonkeyPatch, **options: Any) -> Any:
+    monkeypatch.setattr(module, "run", world.scan)
+    target = burr(180.0)
+    return servo(world.station(), target, np.array(target.T_mesh_burr), **options)
+
+
+def _off(world: World, height: float) -> tuple[float, float]:
+    """True place of the mill over the ridge: across, and over the surface."""
+    x, y, _ = world.T_part_tool[:3, 3]
+    turn = np.arctan2(y, x) - np.pi
+    return float(np.hypot(x, y) * np.sin(turn)), float(np.hypot(x, y) * np.cos(turn)) - RADIUS_MM - height
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_mill_comes_over_the_burr_of_a_part_that_was_moved(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(100 + seed)
+    way = rng.normal(size=3)
+    twist = np.concatenate([2.0 * way / np.linalg.norm(way), np.radians(0.6) * rng.normal(size=3)])
+    world = World(seed, moved=motion(twist))
+    reached = _run(world, monkeypatch)
+    assert reached.converged, reached.why
+    assert len(reached.glances) <= 4
+    across, normal = _off(world, HEIGHTS_MM[len(reached.glances) - 1])
+    # what was measured within 0.05 mm is true within it and the noise of a look
+    assert abs(across) < 0.08
+    assert abs(normal) < 0.08
+
+
+def test_without_looking_the_arm_is_off_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    off = []
+    for seed in range(6):
+        world = World(seed)
+        _run(world, monkeypatch, most=1)
+        off.append(max(map(abs, _off(world, HEIGHTS_MM[0]))))
+    assert np.median(off) > 0.3  # what an open loop would leave
+
+
+def test_a_burr_that_is_not_there_is_no_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
+    far = motion(np.array([0.0, 14.0, 0.0, 0.0, 0.0, 0.0]))  # much farther than anybody shifts a part
+    reached = _run(World(1, moved=far), monkeypatch)
+    assert not reached.converged
+    assert "near its place" in reached.why
+
+
+def test_looks_that_disagree_never_pass_for_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Shaky(World):
+        def scan(self, scanner: object, pipeline: object) -> Any:
+            # each look sees the part somewhere else, as a part that rocks would
+            self.T_plate_part = motion(np.array([*(0.4 * self.rng.normal(size=3)), 0.0, 0.0, 0.0]))
+            return super().scan(scanner, pipeline)
+
+    reached = [_run(Shaky(seed), monkeypatch) for seed in range(8)]
+    assert sum(one.converged for one in reached) <= 2  # 0.05 mm of 0.4 happens by chance
+    assert all("leave" in one.why for one in reached if not one.converged)
+
+
+def test_a_view_without_a_part_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(_scanner: object, _pipeline: object) -> Any:
+        raise InputError("only 3 usable vertices")
+
+    monkeypatch.setattr(module, "run", nothing)
+    target = burr(180.0)
+    reached = servo(World(0).station(), target, np.array(target.T_mesh_burr))
+    assert not reached.converged
+    assert "usable vertices" in reached.why

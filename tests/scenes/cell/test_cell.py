@@ -1,0 +1,182 @@
+"""The simulated cell: errors as the data sheet states them, refusals, and what a mill leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from burrscan.arrays import Ints32
+from burrscan.cell.choices import arm_poses
+from burrscan.cell.positioner import OutOfReachError, PositionerSheet
+from burrscan.cell.station import Stand, go, turned
+from scenes.cell.errors import AttainedPoses, motion
+from scenes.cell.milling import milled
+from scenes.cell.spec import CellSpec, MillSpec
+from scenes.cell.truth import left_of, tool_over
+from scenes.cell.workcell import SimulatedCell
+from scenes.pose import pose_of
+from scenes.scene import scene_from
+from scenes.wheel import AxialRidge, Cut, WheelSpec, build_wheel, deviation_mm
+
+_DRUM = WheelSpec("drum", ((0.0, 0.0), (0.0, 40.0), (20.0, 40.0), (20.0, 0.0)))
+_RIDGE = AxialRidge(angle_deg=20.0, height_mm=0.8, width_mm=1.5, z_start_mm=5.0, z_end_mm=15.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6))
+def test_every_motion_has_a_pose(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    motion_ = np.eye(4)
+    motion_[:3, :3] = Rotation.random(random_state=rng).as_matrix()
+    motion_[:3, 3] = 300.0 * rng.normal(size=3)
+    pose = pose_of(motion_, standoff_mm=600.0, middle_z_mm=12.0)
+    assert np.allclose(pose.T_camera_part(standoff_mm=600.0, middle_z_mm=12.0), motion_, atol=1e-9)
+
+
+def test_attained_poses_scatter_as_the_sheet_says() -> None:
+    sheet = PositionerSheet(reach_mm=1000.0)
+    arm = AttainedPoses(sheet, identity=(1,), source="arm")
+    there = motion(np.array([300.0, 200.0, 100.0, 0.2, 0.1, 0.3]))
+    attained = np.array([(np.linalg.inv(there) @ arm.attained(there))[:3, 3] for _ in range(4000)])
+    away = np.linalg.norm(attained - attained.mean(axis=0), axis=1)
+    assert away.mean() + 3.0 * away.std(ddof=1) == pytest.approx(sheet.repeatability_mm, rel=0.03)
+
+
+def test_accuracy_is_the_sheets_over_the_workspace_and_the_same_nearby() -> None:
+    sheet = PositionerSheet(reach_mm=1000.0)
+    rng = np.random.default_rng(5)
+    square = []
+    for identity in range(40):
+        arm = AttainedPoses(sheet, identity=(identity,), source="arm")
+        for _ in range(10):
+            place = motion(np.concatenate([500.0 * rng.normal(size=3), rng.normal(size=3)]))
+            square.append(arm.offset(place) ** 2)
+            beside = place @ motion(np.array([5.0, 5.0, 5.0, 0.0, 0.0, 0.0]))
+            assert np.abs(arm.offset(beside) - arm.offset(place))[:3].max() < 0.05
+    root = np.sqrt(np.mean(square, axis=0).reshape(2, 3).sum(axis=1))
+    assert root[0] == pytest.approx(sheet.accuracy_mm, rel=0.1)
+    assert np.degrees(root[1]) == pytest.approx(sheet.accuracy_deg, rel=0.1)
+
+
+@pytest.fixture(scope="module")
+def cell() -> SimulatedCell:
+    scene = scene_from({"wheel": "paper", "finish": "matte", "rig": {"scale": 0.1}}, source="test")
+    return SimulatedCell(scene, CellSpec(), identity=(3,))
+
+
+def test_the_report_is_nearly_true(cell: SimulatedCell) -> None:
+    station = cell.station()
+    for pose in arm_poses(station)[:2]:
+        reported = go(station, Stand(30.0, pose))
+        true = cell.T_plate_part @ np.linalg.inv(cell.T_camera_part)
+        off = np.linalg.inv(reported) @ true
+        assert np.linalg.norm(off[:3, 3]) < 2.0
+        assert np.degrees(Rotation.from_matrix(off[:3, :3]).magnitude()) < 1.0
+        assert np.linalg.norm(off[:3, 3]) > 1e-3  # and not exactly
+
+
+def test_poses_that_touch_or_are_too_far_are_refused(cell: SimulatedCell) -> None:
+    station = cell.station()
+    standing = cell.arm.T_true.copy()
+    pose = np.array(arm_poses(station)[0])
+    into_part, into_table, far = pose.copy(), pose.copy(), pose.copy()
+    into_part[:3, 3] += 500.0 * pose[:3, 2]
+    into_table[:3, 3] = station.T_base_plate[:3, 3] + [-150.0, 0.0, 5.0]
+    far[:3, 3] -= 3000.0 * pose[:3, 2]
+    for bad, said in ((into_part, "touch"), (into_table, "touch the table"), (far, "reaches")):
+        with pytest.raises(OutOfReachError, match=said):
+            go(station, Stand(0.0, bad))
+        assert np.array_equal(cell.arm.T_true, standing)
+    with pytest.raises(OutOfReachError, match="own axis"):
+        station.table.move(motion(np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0])) @ station.T_base_plate)
+    assert station.table.move(turned(station.T_base_plate, 200.0)) is not None
+
+
+def _closed(faces: Ints32) -> bool:
+    """Whether every edge is walked as often one way as the other (slivers may touch themselves)."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    there, back = (np.sort(edges[:, a] << 32 | edges[:, b]) for a, b in ((0, 1), (1, 0)))
+    return bool(np.array_equal(there, back))
+
+
+def _over(depth_mm: float, *, mill_mm: float = 2.0) -> Cut:
+    out = (np.cos(np.radians(20.0)), np.sin(np.radians(20.0)), 0.0)
+    radius = 40.0 + depth_mm
+    places = tuple((radius * out[0], radius * out[1], z) for z in np.arange(4.0, 16.5, 1.0))
+    return Cut(places, (out,) * len(places), mill_mm, 10.0)
+
+
+def test_a_cut_leaves_a_closed_wheel_as_flat_as_the_mill() -> None:
+    before = build_wheel(_DRUM, [_RIDGE])
+    for depth in (0.3, 0.0, -0.1):
+        wheel = build_wheel(_DRUM, [_RIDGE], milled=[_over(depth)])
+        assert _closed(wheel.welded()[1])
+        left = left_of(_DRUM, [_RIDGE], [_over(depth)], before.burrs[0])
+        # a plane over the drum: beside its middle the base of 1.5 mm stays by its sagitta, 0.007 mm
+        assert left.residual_mm == pytest.approx(max(depth, 0.0), abs=0.0075)
+        # a plane end cuts deepest in its middle
+        assert left.gouge_mm == pytest.approx(max(-depth, 0.0), abs=0.004)
+        corners = wheel.vertices_mm[wheel.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        size = np.linalg.norm(normals, axis=1)
+        inner = (normals * wheel.normals[wheel.faces].mean(axis=1)).sum(axis=1)[size > 1e-9]
+        assert inner.min() > 0.0
+
+
+def test_what_was_cut_away_is_the_burr() -> None:
+    burred, milled_, bare = (
+        trimesh.Trimesh(*build_wheel(_DRUM, burrs, milled=cuts).welded(), process=False).volume
+        for burrs, cuts in (([_RIDGE], []), ([_RIDGE], [_over(0.0)]), ([], []))
+    )
+    assert burred - bare > 3.0
+    assert milled_ - bare == pytest.approx(0.0, abs=0.05)
+
+
+def _poses(depth_mm: float) -> np.ndarray:  # type: ignore[type-arg]
+    cut = _over(depth_mm)
+    poses = np.tile(np.eye(4), (len(cut.tips_mm), 1, 1))
+    for pose, tip, axis in zip(poses, cut.tips_mm, cut.axes, strict=True):
+        z = np.array(axis)
+        pose[:3, :3] = np.stack([[0.0, 0.0, 1.0], np.cross(z, [0.0, 0.0, 1.0]), z], axis=1)
+        pose[:3, 3] = tip
+    return poses
+
+
+def test_a_mill_gives_way_to_what_it_cuts_and_less_the_second_time() -> None:
+    wheel = build_wheel(_DRUM, [_RIDGE])
+    stiff, soft = MillSpec(stiffness_n_mm=1e9), MillSpec(stiffness_n_mm=100.0, thrust_n_mm2=30.0)
+    (exact,) = milled(wheel, [], _poses(0.0), stiff)
+    assert left_of(_DRUM, [_RIDGE], [exact], wheel.burrs[0]).residual_mm < 0.0075
+    (first,) = milled(wheel, [], _poses(0.0), soft)
+    once = left_of(_DRUM, [_RIDGE], [first], wheel.burrs[0]).residual_mm
+    # thrust over stiffness: the ridge's section of half of 0.8 times 1.5 mm
+    assert once == pytest.approx(30.0 * 0.6 / 100.0, rel=0.25)
+    (again,) = milled(wheel, [first], _poses(0.0), soft)
+    assert left_of(_DRUM, [_RIDGE], [first, again], wheel.burrs[0]).residual_mm < 0.6 * once
+
+
+def test_there_and_back_are_two_passes() -> None:
+    wheel = build_wheel(_DRUM, [_RIDGE])
+    there = _poses(0.0)
+    assert len(milled(wheel, [], np.concatenate([there, there[::-1]]), MillSpec())) == 2
+
+
+def test_where_the_mill_is_over_a_burr() -> None:
+    wheel = build_wheel(_DRUM, [_RIDGE])
+    pose = _poses(7.0)[5]
+    across, normal = tool_over(pose, wheel, 0)
+    assert across == pytest.approx(0.0, abs=0.01)
+    assert normal == pytest.approx(7.0, abs=0.01)
+    moved = pose.copy()
+    moved[:3, 3] += 0.3 * np.array([-np.sin(np.radians(20.0)), np.cos(np.radians(20.0)), 0.0])
+    assert tool_over(moved, wheel, 0)[0] == pytest.approx(0.3, abs=0.01)
+
+
+def test_the_ideal_surface_is_what_truth_counts_from() -> None:
+    wheel = build_wheel(_DRUM, [_RIDGE], milled=[_over(0.3)])
+    off = deviation_mm(wheel.vertices_mm, wheel.generatrix_zr_mm)
+    assert off.max() == pytest.approx(0.3, abs=0.004)
