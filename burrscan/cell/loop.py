@@ -23,8 +23,6 @@ from burrscan.registration.joint import PosePrior
 from burrscan.variants import resolve
 
 Planner = Callable[[Known], Sequence[int]]
-_TRIES = 24
-"""Poses that may be refused before the cell is said to be built wrongly."""
 
 
 @dataclass(frozen=True)
@@ -149,21 +147,26 @@ def _look(
     poses: Sequence[Floats],
     pipeline: Pipeline,
 ) -> Look:
-    """Go to the first choice that the positioners take, and look."""
-    refused: list[str] = []
-    for number in ranked[:_TRIES]:
+    """Go to the first choice that the positioners take, and look.
+
+    A pose of the arm that is refused is not tried again with another turn of the table: the part is round.
+    """
+    refused: dict[int, str] = {}
+    for number in ranked:
+        if choices[number].arm in refused:
+            continue
         try:
             pose = go(station, stand_of(choices[number], poses))
         except OutOfReachError as error:
-            refused.append(str(error))
+            refused[choices[number].arm] = str(error)
             continue
         try:
             return Look(number, pose, run(station.scanner, pipeline))
         except InputError as error:
             return Look(number, pose, None, str(error))
     raise InputError(
-        f"the arm takes none of {len(refused)} poses ({refused[0] if refused else 'none is left'}): move the "
-        "arm, the table or the standoff"
+        f"the arm takes none of {len(refused)} poses ({next(iter(refused.values()), 'none is left')}): move "
+        "the arm, the table or the standoff"
     )
 
 
