@@ -33,6 +33,7 @@ MODULES: dict[str, str] = {
     "figure-11": "bench.reproduction.generatrix_band",
     "rivals": "bench.reproduction.rivals",
     "future-work": "bench.reproduction.multiview",
+    "servoing": "bench.reproduction.servoing",
 }
 """What ``burrscan paper --only`` takes, and who makes it; figures 7 and 8 are one section."""
 NAMES = tuple(MODULES)

@@ -57,6 +57,21 @@ def tool_over(T_part_tool: Floats, wheel: Wheel, number: int) -> tuple[float, fl
     return float(across), float(height)
 
 
+def base_pose(wheel: Wheel, number: int) -> Floats:
+    """(4, 4) true pose of an axial burr in the part frame, as :class:`burrscan.inspection.Burr` has it."""
+    burr = wheel.burrs[number]
+    crest = burr.ridge_mm[len(burr.ridge_mm) // 2]
+    foot, normal_zr = _foot(np.array([crest[2], np.hypot(crest[0], crest[1])]), wheel.generatrix_zr_mm)
+    angle = np.radians(burr.angle_deg)
+    radial = np.array([np.cos(angle), np.sin(angle), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    normal, along = normal_zr[1] * radial + normal_zr[0] * up, normal_zr[1] * up - normal_zr[0] * radial
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([along, np.cross(normal, along), normal], axis=1)
+    pose[:3, 3] = foot[1] * radial + foot[0] * up
+    return pose
+
+
 def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
     """Angle, rad, of the middle of a burr's faces within a few millimetres of a place along the axis."""
     corners = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]]
