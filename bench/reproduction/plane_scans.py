@@ -75,7 +75,7 @@ def measure(lab: Lab) -> Numbers:
     found: dict[str, Any] = {
         "exposure_ms": np.asarray(exposure_ms),
         "spot": np.asarray(spot.sum() / clipped.arrays["measurable"].sum()),
-        "harmonic": np.asarray(_harmonic(clipped, spot, row)),
+        "harmonic": np.asarray(_harmonic(clipped, spot)),
         "white": seen_photo(clipped.arrays["white"], clipped),
         "image": seen_photo(clipped.arrays["image"], clipped),
     }
@@ -129,8 +129,7 @@ def _many(lab: Lab) -> dict[str, Floats]:
         scans, _ = _scans(partial(lab.glance, SCENE, changed=changed))
         clipped = scans["seed_clipped"]
         spot, plane = spot_of(clipped), clipped.arrays["measurable"]
-        row = int(np.median(np.flatnonzero(spot.any(axis=1)))) if spot.any() else 0
-        harmonics.append(_harmonic(clipped, spot, row))
+        harmonics.append(_harmonic(clipped, spot))
         spots.append(spot.sum() / plane.sum())
         for key, scan in scans.items():
             height = heights_mm(scan)
@@ -182,7 +181,12 @@ def _rms(height: Floats) -> float:
     return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
 
-def _harmonic(scan: Scanned, spot: Bools, row: int) -> float:
-    error, u_px = (scan.arrays[key][row].astype(float) for key in ("u_error_px", "u_response_px"))
-    known = spot[row] & np.isfinite(error) & np.isfinite(u_px)
-    return harmonic_of(error[known], u_px[known]) if known.sum() > 2 * PERIOD_PX else np.nan
+def _harmonic(scan: Scanned, spot: Bools) -> float:
+    """Median over the rows through the highlight: of one row a slow drift may be the strongest."""
+    found = []
+    for row in np.flatnonzero(spot.any(axis=1)):
+        error, u_px = (scan.arrays[key][row].astype(float) for key in ("u_error_px", "u_response_px"))
+        known = spot[row] & np.isfinite(error) & np.isfinite(u_px)
+        if known.sum() > 2 * PERIOD_PX:
+            found.append(harmonic_of(error[known], u_px[known]))
+    return float(np.median(found)) if found else float("nan")
