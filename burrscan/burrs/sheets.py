@@ -20,6 +20,10 @@ _BACK = -0.5
 is at most upright, and noise tilts it by less than 30°."""
 _WOUND = 0.8
 """Share of the vertices that look out: of less the winding of the faces says nothing."""
+_ASKED = 10_000
+"""Faces that are asked how they are wound, at most."""
+_FEWEST = 10
+"""Vertices within the surface: fewer are strays."""
 _OFF = 4.0
 """Within this many standard deviations a vertex is on its curve, whatever it looks like."""
 _HANGING = 0.2
@@ -47,13 +51,21 @@ def of_another_surface(part_mm: Floats, faces: Ints32, normal: Floats, distance_
     none, known = np.zeros(len(part_mm), dtype=np.bool_), np.isfinite(distance_mm)
     if not len(faces) or not known.any():
         return none
-    cosine = _cosines(part_mm, faces, normal)
-    told = known & np.isfinite(cosine)
-    if not told.any() or np.mean(cosine[told] > 0.0) < _WOUND:
-        return none
     most = _OFF * SIGMA_PER_MEDIAN * float(np.median(np.abs(distance_mm[known])))
-    back = told & (cosine < _BACK) & (distance_mm < -most)
+    within = known & (distance_mm < -most)
+    if np.count_nonzero(within) < _FEWEST or not _wound(part_mm, faces, normal, known):
+        return none
+    ring = np.zeros_like(within)
+    ring[faces[within[faces].any(axis=1)]] = True
+    back = within & (_cosines(part_mm, faces[ring[faces].any(axis=1)], normal) < _BACK)
     return _hanging(faces, known & (np.abs(distance_mm) > most), back) if back.any() else none
+
+
+def _wound(part_mm: Floats, faces: Ints32, normal: Floats, known: Bools) -> bool:
+    """Whether the faces, or some of them evenly chosen, look out."""
+    cosine = _cosines(part_mm, faces[:: max(len(faces) // _ASKED, 1)], normal)
+    told = known & np.isfinite(cosine)
+    return bool(told.any() and np.mean(cosine[told] > 0.0) >= _WOUND)
 
 
 def _hanging(faces: Ints32, off: Bools, back: Bools) -> Bools:

@@ -77,7 +77,7 @@ def _vote(
     return cast, np.bincount(segment, weights=np.abs(cosine), minlength=size).astype(np.float64)
 
 
-def looks_of(vertices: Floats, faces: Ints32, transform: Floats, *, most: int = 40_000) -> Looks:
+def looks_of(vertices: Floats, faces: Ints32, transform: Floats, *, most: int = 20_000) -> Looks:
     """Where faces are in the (z, r) plane and how they look, evenly thinned to ``most``. O(most)."""
     stride = max(1, len(faces) // most)
     z, r, nz, nr = _face_normals(vertices, faces[::stride], transform)
