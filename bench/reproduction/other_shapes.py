@@ -27,6 +27,7 @@ SHAPES = ("stepped_wheel", "flanged_hub", "cone", "cylinder")
 ARCS_DEG = (140.0, 360.0)
 """Seen from one side, as the paper's wheel is, and all around."""
 NOISES_MM = (0.2, PAPER_MM)
+"""A good scanner's of that time, and the paper's own."""
 FIVE, THIRTY = 5, 30
 """RANSAC rounds of a circle: the paper's, and more than its rule asks for where a third is outside 1 mm."""
 WHEEL_NOISES = ((0.0, FIVE), (PAPER_MM, FIVE), (PAPER_MM, THIRTY))
