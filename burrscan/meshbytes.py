@@ -26,6 +26,8 @@ _SIZES |= {
 _OBJ_CORNERS = 3
 """Coordinates of a vertex, and the fewest corners of a face."""
 _FACES = re.compile(rb"(?m)^[ \t]*f([ \t].*)$")
+_SHORT = re.compile(rb"(?m)^[ \t]*([vf])(?:[ \t]+[^\s#]+){0,2}[ \t]*(?:#.*)?\r?$")
+"""A vertex of fewer than three coordinates, or a face of fewer corners."""
 _END = re.compile(rb"(?m)^end_header\r?\n?")
 
 
@@ -58,12 +60,19 @@ def _ascii(text: bytes) -> bytes:
 
 
 def _obj(data: bytes, path: Path) -> bytes:
-    """A text whose last line, where no line feed ends it, is whole, and whose faces then have their vertices.
+    """A text of whole vertices and faces; where no line feed ends it, its faces have their vertices.
 
     An OBJ announces nothing. One that was cut off ends within a line, as a rule, or lacks vertices that it
     names. A number that lost its last digits is a number: that is not seen.
     """
     text = _ascii(data)
+    if short := _SHORT.search(text):
+        what = "vertex" if short[1] == b"v" else "face"
+        number = text.count(b"\n", 0, short.end()) + 1
+        raise InputError(
+            f"{path}: is cut off or damaged: line {number} is a {what} of fewer than three numbers; save or "
+            "copy it again"
+        )
     if text.endswith((b"\n", b"\r")) or not text.strip():
         return text
     last = text.splitlines()[-1].split(b"#")[0].split()

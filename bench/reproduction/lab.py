@@ -80,6 +80,24 @@ class Lab:
         key = f"scan-{scene}-{method}-{content_hash(document, parameters)}"
         return Scanned(self.kept(key, lambda: scanned(document, Stage(method, parameters))))
 
+    def glance(
+        self,
+        scene: str,
+        method: str,
+        /,
+        *,
+        spin_deg: float = 0.0,
+        changed: Mapping[str, Mapping[str, Any]] | None = None,
+        **parameters: Any,
+    ) -> Scanned:
+        """A scan on half the raster that is not kept: one of many, from which the page tells a spread.
+
+        ``changed`` are entries of the scene's tables. Scans of one scene in turn share its light.
+        """
+        scale = max(self.scale / 2.0, QUICK_SCALE)
+        document = paper_scene(scene, scale=scale, spin_deg=spin_deg, changed=changed)
+        return Scanned(scanned(document, Stage(method, parameters)))
+
     def pair(self, scene: str) -> dict[str, Scanned]:
         """The scan of both variants."""
         return {name: self.scan(scene, pipeline.scan.method) for name, pipeline in PIPELINES.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from scenes.scene import scene_document
@@ -39,9 +40,16 @@ TABLES: dict[str, dict[str, Any]] = {
 """Tables of a scene that take the place of the catalogue's."""
 
 
-def paper_scene(name: str, *, scale: float, spin_deg: float = 0.0) -> dict[str, Any]:
-    """The tables of a scene, its rig scaled, its part turned about its own axis."""
+def paper_scene(
+    name: str,
+    *,
+    scale: float,
+    spin_deg: float = 0.0,
+    changed: Mapping[str, Mapping[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """The tables of a scene: its rig scaled, its part turned about its own axis, some entries changed."""
     base, change = SCENES[name]
     document = (scene_document(base) if base else PLANE) | TABLES.get(name, {})
     pose = {**document.get("pose", {}), **change, **({"spin_deg": spin_deg} if spin_deg else {})}
-    return document | {"rig": {**document.get("rig", {}), "scale": scale}, "pose": pose}
+    document |= {"rig": {**document.get("rig", {}), "scale": scale}, "pose": pose}
+    return document | {table: {**document[table], **entries} for table, entries in (changed or {}).items()}

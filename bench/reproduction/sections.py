@@ -18,6 +18,7 @@ MODULES: dict[str, str] = {
     "figure-4": "bench.reproduction.planes",
     "figure-5": "bench.reproduction.sampling",
     "figure-6": "bench.reproduction.axis_found",
+    "other-shapes": "bench.reproduction.other_shapes",
     "symmetry": "bench.reproduction.symmetry",
     "mean-corner": "bench.reproduction.mean_corner",
     "ransac-table": "bench.reproduction.ransac_table",

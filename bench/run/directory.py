@@ -130,7 +130,8 @@ def load_run(path: Path) -> Run:
     Raises
     ------
     InputError
-        When there is no run, or one of another format, or with every error in its manifest.
+        When there is no run, or one of another format, or with every error in its manifest; for a record of
+        another case than the manifest's of that name.
 
     """
     directory = RunDirectory(path)
@@ -148,6 +149,12 @@ def load_run(path: Path) -> Run:
     }
     found = {record.key: record for record in read(directory.records) if record.key in order}
     records = tuple(sorted(found.values(), key=lambda record: order[record.key]))
+    for record in records:
+        if record.parameters != manifest["cases"][order[record.key][0]]["parameters"]:
+            raise InputError(
+                f"{directory.records}: the record of case {record.case} by {record.variant} has other "
+                "parameters than run.json says; was the file edited?"
+            )
     return Run(directory, suite, manifest["seed"], manifest, records)
 
 

@@ -83,9 +83,9 @@ class CaseForm:
     __pydantic_config__ = _OPEN
 
     id: Folder
-    parameters: Mapping[str, Scalar] = field(default_factory=dict)
-    scene_hash: str = ""
-    identity: str = ""
+    parameters: Mapping[str, Scalar]
+    scene_hash: str
+    identity: str
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,18 @@
-"""Tables over synthetic scans, no rendering: ``python -m bench.synthetic axis``, ``... burrs``."""
+"""Tables over synthetic scans, no rendering: ``python -m bench.synthetic axis``, ``burrs`` or ``clean``."""
 
 from __future__ import annotations
 
 import argparse
 
-from bench.synthetic import axis_command, burr_command
+from bench.synthetic import axis_command, burr_command, clean_command
 
-_COMMANDS = {"axis": axis_command, "burrs": burr_command}
+_COMMANDS = {"axis": axis_command, "burrs": burr_command, "clean": clean_command}
 
 
 def main() -> None:
     """Run the command named, with its options."""
     parser = argparse.ArgumentParser(prog="python -m bench.synthetic", description=__doc__)
-    commands = parser.add_subparsers(required=True, metavar="axis|burrs")
+    commands = parser.add_subparsers(required=True, metavar="axis|burrs|clean")
     for name, module in _COMMANDS.items():
         command = commands.add_parser(
             name, description=module.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

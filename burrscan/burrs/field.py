@@ -8,8 +8,10 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.noise.border import border_spread_mm, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
+from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
@@ -122,13 +124,21 @@ def field_of(
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile.z_mm, profile.r_mm, line)
-    valid = foot.valid
+    valid = foot.valid & ~_strangers(vertices_mm, faces, axis, line, foot)
     if not valid.any():
         raise InputError("no vertex lies near the generatrix: hand over axis and generatrix of this mesh")
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     counts = inner(faces, len(vertices_mm))[valid]
     return _gridded(line, known, profile.angle[valid], np.nan_to_num(stated[valid]), counts, _finest(profile))
+
+
+def _strangers(vertices_mm: Floats, faces: Ints32, axis: Axis, line: Polyline, foot: Foot) -> Bools:
+    """(V,) True for vertices near the curve of a surface that is not theirs."""
+    transform = T_part_mesh(axis.point_mm, axis.direction)
+    part = vertices_mm @ transform[:3, :3].T + transform[:3, 3]
+    normal = line.normals[np.maximum(foot.segment, 0)]
+    return of_another_surface(part, faces, normal, foot.distance_mm)
 
 
 def _finest(profile: Profile) -> float:

@@ -16,6 +16,8 @@ from burrscan.rig import NO_DISTORTION, Rig, View
 
 Positive = Annotated[float, Field(gt=0.0)]
 Levels = Annotated[tuple[float, ...], Field(min_length=256, max_length=256)]
+Pixels = Annotated[int, Field(gt=0, le=16384)]
+"""As many as a scene's devices may have: what is built of a raster is bounded before it is allocated."""
 Row = tuple[float, float, float, float]
 
 
@@ -25,8 +27,8 @@ class ViewDocument:
 
     __pydantic_config__ = STRICT
 
-    width: Annotated[int, Field(gt=0)]
-    height: Annotated[int, Field(gt=0)]
+    width: Pixels
+    height: Pixels
     fx: Positive
     fy: Positive
     cx: float

@@ -12,10 +12,10 @@ from burrscan.generatrix.covariance import sigma_mm as curve_sigma_mm
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import Step, smooth_tangents, step
-from burrscan.generatrix.tracing.cells import Cells, Scale, cells_of, scale_of, trusted
+from burrscan.generatrix.tracing.cells import Cells, Looks, Scale, cells_of, scale_of, trusted
 from burrscan.generatrix.tracing.creases import sharpened
 from burrscan.generatrix.tracing.ends import extended, trimmed
-from burrscan.generatrix.tracing.outside import oriented
+from burrscan.generatrix.tracing.outside import looks_of, oriented
 from burrscan.generatrix.tracing.trace import trace
 from burrscan.inspection import Axis, Generatrix
 
@@ -68,27 +68,30 @@ def fit_generatrix(
     profile = profile_of(vertices_mm, axis)
     scale = scale_of(profile)
     side = scale.cell_mm
-    data, pieces = _traced(profile, faces, scale)
+    transform = T_part_mesh(axis.point_mm, axis.direction)
+    looks = looks_of(vertices_mm, faces, transform) if len(faces) else None
+    data, pieces = _traced(profile, faces, scale, looks)
     if not pieces:
         raise InputError(
             "no generatrix: the data do not gather along a curve about this axis; is the part a surface of "
             "revolution, and was its axis found?"
         )
     rough = _rough(pieces, cells_of(data, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
-    transform = T_part_mesh(axis.point_mm, axis.direction)
     turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
     return _exact(join(turned), data, side, scale.arc, _stated(sigma_mm))
 
 
-def _traced(profile: Profile, faces: Ints32, scale: Scale) -> tuple[Profile, list[Floats]]:
+def _traced(
+    profile: Profile, faces: Ints32, scale: Scale, looks: Looks | None
+) -> tuple[Profile, list[Floats]]:
     """Chains of cells, and the data they were found in: the vertices, or where they are few the edges too."""
     side = scale.cell_mm
-    cells = cells_of(profile, scale, side_mm=side)
+    cells = cells_of(profile, scale, side_mm=side, looks=looks)
     pieces = trace(trusted(cells, scale, side_mm=side), side_mm=side)
     if not len(faces) or _share(pieces, cells, side) > _MOST_DATA:
         return profile, pieces
     data = along_long_edges(profile, faces, step_mm=1.5 * side)
-    cells = cells_of(data, scale, side_mm=side)
+    cells = cells_of(data, scale, side_mm=side, looks=looks)
     return data, trace(trusted(cells, scale, side_mm=side), side_mm=side)
 
 

@@ -51,6 +51,9 @@ class MadeUpLab(Lab):
             }
         )
 
+    def glance(self, scene: str, method: str, /, **given: Any) -> Scanned:
+        return self.scan(scene, method, **given)
+
 
 def _spun(angle_deg: float) -> np.ndarray[Any, np.dtype[np.float64]]:
     turn = np.eye(4)

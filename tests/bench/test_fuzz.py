@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import bench.checks.fuzz.trial as fuzz
 from bench.checks.fuzz.sound import write_sound
 from bench.checks.fuzz.trial import TARGETS, trial
 
@@ -29,3 +32,28 @@ def test_damaged_input_is_refused_or_answered_rightly(sound: Path, tmp_path: Pat
 def test_a_trial_is_the_same_each_time(sound: Path, tmp_path: Path) -> None:
     once, again = (trial(3, sound=sound, work=tmp_path / name) for name in "ab")
     assert (once.target, once.kind) == (again.target, again.kind)
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ({"direction": [0.0, 0.0, 1.0]}, "wrong answer"),
+        ({"direction": [0.0, 0.0, 1.0], "undetermined": ["tilt"]}, "answered"),
+        ({"direction": [0.0, 0.0, 1.0], "sigma_deg": 30.0}, "answered"),
+        ({"point_mm": [None, 0.0, 0.0]}, "wrong answer"),
+        ({}, "answered"),
+    ],
+)
+def test_an_axis_that_is_off_and_stated_as_certain_is_a_wrong_answer(
+    sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], kind: str
+) -> None:
+    number = next(k for k, target in enumerate(TARGETS) if target.command[0] == "detect")
+    true = json.loads((sound / fuzz.TRUTH).read_text("utf-8"))
+    axis = {"direction": true, "point_mm": [0.0] * 3, "sigma_deg": 0.01, "undetermined": [], **change}
+
+    def answers(_: tuple[str, ...]) -> tuple[int, str, str]:
+        Path("out.json").write_text(json.dumps({"axis": axis}), "utf-8")
+        return 0, "", ""
+
+    monkeypatch.setattr(fuzz, "_run", answers)
+    assert trial(number, sound=sound, work=tmp_path / "trial").kind == kind

@@ -293,3 +293,21 @@ def test_a_long_index_of_cases_is_packed_and_whole(tmp_path: Path) -> None:
     table = Page(zlib.decompress(base64.b64decode(packed)).decode())
     for record in load_run(folder).records:
         assert record.case.replace(",", ", ") in table.words
+
+
+def test_a_record_of_another_case_is_refused(tmp_path: Path) -> None:
+    run = made_up_run(tmp_path / "run", stop_after=1)
+    records = (run / "records.jsonl").read_text("utf-8")
+    (run / "records.jsonl").write_text(records.replace('"finish":"polished"', '"fjnish":"polished"'), "utf-8")
+    with pytest.raises(InputError, match="has other parameters"):
+        build_report(run)
+
+
+@pytest.mark.parametrize("key", ["parameters", "scene_hash", "identity"])
+def test_a_case_without_all_that_the_page_shows_is_refused(tmp_path: Path, key: str) -> None:
+    run = made_up_run(tmp_path / "run", stop_after=1)
+    manifest = json.loads((run / "run.json").read_text("utf-8"))
+    del manifest["cases"][0][key]
+    (run / "run.json").write_text(json.dumps(manifest), "utf-8")
+    with pytest.raises(InputError, match=key):
+        build_report(run)

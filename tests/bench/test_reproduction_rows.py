@@ -10,8 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from bench.reproduction.clocked import FRAME_MS, Clocked
 from bench.reproduction.mean_corner import crossed
+from bench.reproduction.other_shapes import conditions, ring
 from bench.reproduction.outliers import with_outliers
 from bench.reproduction.photometry import Unknown, scan_unknown
+from bench.reproduction.plane_scans import TILT_DEG, planes
 from bench.reproduction.scenery import SCENES, TABLES, paper_scene
 from bench.reproduction.symmetry import rises
 from bench.synthetic.revolution import revolution_scan
@@ -87,3 +89,34 @@ def test_the_pages_scenes_are_scenes_and_differ_as_said(name: str) -> None:
     assert bool(scene.camera.response.linear) == (name != "curved")
     assert (scene.channels == "rgb") == (name == "copper")
     assert set(TABLES) <= set(SCENES)
+
+
+def test_a_ring_is_as_far_from_its_direction_as_said_and_goes_round() -> None:
+    for direction in np.random.default_rng(3).normal(size=(20, 3)):
+        unit = direction / np.linalg.norm(direction)
+        tilted = np.array(ring(unit, 10.0))
+        np.testing.assert_allclose(np.degrees(np.arccos(tilted @ unit)), 10.0, atol=1e-6)
+        np.testing.assert_allclose(tilted.mean(axis=0), np.cos(np.radians(10.0)) * unit, atol=1e-9)
+        assert len(np.unique(np.round(tilted, 9), axis=0)) == len(tilted)
+
+
+def test_draws_of_a_condition_are_noise_about_one_axis(tmp_path: Path) -> None:
+    for one in conditions(MadeUpLab(tmp_path, quick=True, code="made up")):
+        (first, faces), (second, _) = one.drawn(0), one.drawn(1)
+        assert first.shape == second.shape
+        apart = np.linalg.norm(first - second, axis=1)
+        assert np.sqrt((apart**2).mean()) == pytest.approx(np.sqrt(2.0) * one.noise_mm, rel=0.1)
+        assert np.linalg.norm(one.direction) == pytest.approx(1.0)
+        assert faces.max() < len(first)
+
+
+def test_further_planes_differ_and_are_scenes() -> None:
+    changes = planes(20)
+    assert len({str(change) for change in changes}) == 20
+    for change in changes[:3]:
+        scene = scene_from(paper_scene("plane", scale=0.2, changed=change), source="plane")
+        assert scene.pose.elevation_deg == change["pose"]["elevation_deg"]
+        assert abs(scene.pose.elevation_deg - 90.0) <= TILT_DEG
+    plain = paper_scene("plane", scale=0.2)
+    assert paper_scene("plane", scale=0.2, changed={}) == plain
+    assert plain["wheel"] == paper_scene("plane", scale=0.2, changed=changes[0])["wheel"]

@@ -87,9 +87,11 @@ def test_every_error_of_a_rig_file_is_listed(capture: tuple[Path, Image, Image])
     folder, *_ = capture
     document = json.loads((folder / "rig.json").read_text())
     del document["camera"]["fx"]
+    document["camera"]["height"] = 2**63
     document["projector"]["widht"] = 4
     (folder / "rig.json").write_text(json.dumps(document))
     with pytest.raises(InputError) as caught:
         FolderScanner(folder)
     assert "camera.fx" in str(caught.value)
+    assert "camera.height" in str(caught.value)
     assert "did you mean 'width'" in str(caught.value)

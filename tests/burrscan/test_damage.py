@@ -98,10 +98,12 @@ WHOLE_OBJ = b"v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 2 3\nf 1/1 2/1 4/1\nf 2//3
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nv 1.5 2.", "within its last line, a vertex"),
+        (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nv 1.5 2.", "line 5 is a vertex of fewer"),
+        (b"v 0 0 0\nv 9 0 0\nv 0 9\nv 0 9 0\nf 1 2 3\n", "line 3 is a vertex of fewer"),
+        (b"v 0 0 0\nv 9 0 0\nv 0 9 0\n f 1 2 # 3\r\nf 1 2 3\n", "line 4 is a face of fewer"),
         (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nv 1.5 2 -", "within its last line, a vertex"),
         (WHOLE_OBJ[:-2] + b"/", "within its last line, a face"),
-        (WHOLE_OBJ + b"f 1 2", "within its last line, a face"),
+        (WHOLE_OBJ + b"f 1 2", "line 8 is a face of fewer"),
         (WHOLE_OBJ + b"f 1 2 17", "its faces name vertex 17, it has 4"),
         (
             b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\nf 2 3 4\nv 0 0 9\nf 7 8 9\nv 1 2 3",
@@ -118,7 +120,16 @@ def test_an_obj_cut_off_is_refused(text: bytes, said: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    "end", [b"", b"\n", b"# made by hand", b"f -1 -2 -3", b"f 1 2 3 4", b"v 1 2 3 0.5 0.5 0.5"]
+    "end",
+    [
+        b"",
+        b"\n",
+        b"vn 1 0 0\nf 1 2 3\r\n",
+        b"# made by hand",
+        b"f -1 -2 -3",
+        b"f 1 2 3 4",
+        b"v 1 2 3 0.5 0.5 0.5",
+    ],
 )
 def test_an_obj_that_is_whole_is_read(end: bytes, tmp_path: Path) -> None:
     path = tmp_path / "whole.obj"

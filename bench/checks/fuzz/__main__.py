@@ -38,8 +38,8 @@ def main() -> int:
         sound = Path(folder) / "sound"
         sound.mkdir()
         write_sound(sound)
-        endings, peak_mb = _all(numbers, sound, Path(folder))
-    return _told(endings, given.first, peak_mb)
+        endings, peaks_mb = _all(numbers, sound, Path(folder))
+    return _told(endings, given.first, peaks_mb)
 
 
 def _child(numbers: range, sound: Path, folder: Path) -> int:
@@ -52,9 +52,9 @@ def _child(numbers: range, sound: Path, folder: Path) -> int:
     return 0
 
 
-def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], float]:
-    """All trials, however many children they take, and the most memory one child held."""
-    endings, peak_mb = list[Ending](), 0.0
+def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], list[float]]:
+    """All trials, however many children they take, and the most memory that each one's child had held."""
+    endings, peaks_mb = list[Ending](), list[float]()
     while len(endings) < len(numbers):
         first, left = numbers[len(endings)], len(numbers) - len(endings)
         done = subprocess.run(  # noqa: S603 (ourselves)
@@ -66,22 +66,28 @@ def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], float
         )  # fmt: skip
         for line in done.stdout.splitlines():
             told = json.loads(line)
-            peak_mb = max(peak_mb, told.pop("peak_mb"))
+            peaks_mb.append(told.pop("peak_mb"))
             endings.append(Ending(**told))
         if done.returncode != 0 and len(endings) < len(numbers):
             target = TARGETS[numbers[len(endings)] % len(TARGETS)]
             endings.append(Ending(f"{target.command[0]} {target.file}", "abort", done.stderr[-300:]))
-    return endings, peak_mb
+            peaks_mb.append(0.0)
+    return endings, peaks_mb
 
 
-def _told(endings: list[Ending], first: int, peak_mb: float) -> int:
-    for kind, count in Counter(ending.kind for ending in endings).most_common():
+def _told(endings: list[Ending], first: int, peaks_mb: list[float]) -> int:
+    kinds = Counter(ending.kind for ending in endings)
+    for kind, count in kinds.most_common():
         print(f"{count:6d} {kind}")
-    print(f"{peak_mb:6.0f} MB at most")
-    bad = [(number, ending) for number, ending in enumerate(endings, first) if ending.bad]
-    for number, ending in bad:
-        print(f"trial {number}: {ending.target}: {ending.kind}: {ending.said}")
-    return int(bool(bad))
+    for target in sorted({ending.target for ending in endings}):
+        own = Counter(ending.kind for ending in endings if ending.target == target)
+        print(f"       {target}: " + ", ".join(f"{count} {kind}" for kind, count in own.most_common()))
+    most = max(range(len(peaks_mb)), key=peaks_mb.__getitem__)
+    print(f"{peaks_mb[most]:6.0f} MB at most, by trial {first + most}")
+    for number, ending in enumerate(endings, first):
+        if ending.bad:
+            print(f"trial {number}: {ending.target}: {ending.kind}: {ending.said}")
+    return int(any(ending.bad for ending in endings))
 
 
 if __name__ == "__main__":

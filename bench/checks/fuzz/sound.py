@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
+from bench.baselines import accept
 from bench.run import Record, RunDirectory
-from bench.run.directory import describe_run, write_manifest
+from bench.run.directory import describe_run, load_run, write_manifest
 from bench.run.provenance import session
 from bench.run.records import append
 from bench.score import METRICS
@@ -19,12 +21,15 @@ from bench.synthetic.spec import MeshSpec, scanned
 from burrscan.arrays import Image
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
+from burrscan.captures.sheets import write_sheets
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.ply import write_ply
 from burrscan.rig import Rig, View
 from burrscan.scan.rivals.fixed import scan_fixed
 from burrscan.scanner import Patterns
 
+TRUTH = "truth.json"
+"""The true direction of the meshes' axis."""
 _SCENE = """\
 wheel = "paper"
 finish = "matte"
@@ -57,12 +62,20 @@ axis = "seed"
 
 
 def write_sound(folder: Path) -> None:
-    """Write a scene, a suite, a capture, a run, poses, and meshes in every format into ``folder``."""
+    """Write one of each into ``folder``: scene, suite, capture, sheets, runs, poses, meshes in every format.
+
+    The true axis of the meshes is in ``truth.json``.
+    """
     (folder / "scene.toml").write_text(_SCENE, "utf-8")
     (folder / "suite.toml").write_text(_SUITE, "utf-8")
     _write_capture(folder / "capture")
+    wall = _Wall()
+    write_sheets(folder / "sheets.json", wall.camera, wall.projector)
     _write_run(folder / "run")
+    shutil.copytree(folder / "run", folder / "other")
+    accept(load_run(folder / "run"), baselines=folder / "baselines")
     scan = scanned(MeshSpec(around=60, along=24), identity=(1,))
+    (folder / TRUTH).write_text(json.dumps(scan.direction.tolist()), "utf-8")
     write_ply(folder / "mesh.ply", scan.vertices_mm, scan.faces, scalars={})
     mesh = trimesh.Trimesh(scan.vertices_mm, scan.faces, process=False)
     for name in ("mesh.stl", "mesh.obj"):

@@ -124,6 +124,7 @@ def find_axis_seed(
     ransac_rounds: int = 5,
     least_share: float = 0.01,
     keep_ratio: float = 1.0,
+    most_evaluations: int = 0,
 ) -> Axis:
     """Find the axis as the seed paper does, in the reading that reproduces what it shows.
 
@@ -160,6 +161,8 @@ def find_axis_seed(
         "extended filtering removes data with too much uncertainty". 0 keeps all.
     keep_ratio
         Below 1 the mesh is simplified to this share of its triangles first.
+    most_evaluations
+        Where the descent ends if it has not before; 0 for no limit, as the paper names none.
 
     Returns
     -------
@@ -174,6 +177,8 @@ def find_axis_seed(
     words: dict[str, str] = {"quality": quality, "sampling": sampling, "descent": descent}
     words |= {"gradient": gradient, "mean": mean, "outliers": outliers, "draws": draws, "halving": halving}
     _check(words, n, planes, trials, tolerance_mm)
+    if most_evaluations < 0 or 0 < most_evaluations < n * n:
+        raise InputError(f"most_evaluations must be 0, for no limit, or at least n² = {n * n}")
     mesh = _simplified(*without_strays(vertices_mm, needed(faces), least_share), keep_ratio)
     first = 1 + seed % 2147483646
     state = np.array([first], dtype=np.int64)
@@ -188,6 +193,8 @@ def find_axis_seed(
 
     def objective(orientation: Floats) -> float:
         nonlocal evaluations
+        if evaluations == most_evaluations > 0:
+            return np.inf  # no descent goes there
         evaluations += 1
         return quality_of(circles_at(orientation), quality, mean=mean, outliers=outliers)
 

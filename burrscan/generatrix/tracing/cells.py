@@ -24,6 +24,10 @@ _SPARSE = 0.02
 """Share of a typical cell's count, under which a cell holds strays and not the curve."""
 _LEAST_COVERAGE = 0.12
 """Share of the arc, relative to the best covered cell, that a surface of revolution must cover."""
+_OPPOSED = -0.5
+"""Product of two cells' mean normals under which they are two sides of a wall: both look clearly one way."""
+Looks = tuple[Floats, Floats, Floats, Floats]
+"""Of faces: centres (z, r), and area-weighted normals along the axis and away from it, (T,) each."""
 _ROWS = 8.0
 """Vertex spacings that a cell must span to show the thickness of the data."""
 
@@ -92,6 +96,9 @@ class Cells:
         (rows, columns) cell number at each place of the grid, -1 where empty.
     place
         (N, 2) place of each cell in the grid.
+    facing
+        (N, 2) mean normal (z, r) of the faces in each, by area: of unit length where all look one way, zero
+        where they look all ways or there are none.
 
     """
 
@@ -100,6 +107,7 @@ class Cells:
     mask: Ints
     index: Ints32
     place: Ints
+    facing: Floats
 
     @property
     def coverage(self) -> Floats:
@@ -216,24 +224,53 @@ def _moments(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> Floa
     return sums[sums[:, 0] > 0.0]
 
 
-def cells_of(profile: Profile, scale: Scale, *, side_mm: float) -> Cells:
-    """Sort the data into cells. O(V)."""
+def cells_of(profile: Profile, scale: Scale, *, side_mm: float, looks: Looks | None = None) -> Cells:
+    """Sort the data into cells, and what faces there are. O(V + T)."""
     size = np.maximum(np.ceil((scale.high_mm - scale.low_mm) / side_mm).astype(np.int64), 1)
     index, sums, mask, place = _accumulate(
         profile.z_mm, profile.r_mm, profile.angle, scale.low_mm, size, side_mm, scale.arc
     )
-    return Cells(sums[:, :2] / sums[:, 2:], sums[:, 2], mask, index, place)
+    facing = np.zeros((len(place), 2)) if looks is None else _facing(*looks, scale.low_mm, side_mm, index)
+    return Cells(sums[:, :2] / sums[:, 2:], sums[:, 2], mask, index, place, facing[: len(place)])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _facing(z: Floats, r: Floats, nz: Floats, nr: Floats, low: Floats, side: float, index: Ints32) -> Floats:
+    """(cells, 2) mean normals; there are no more cells than places in the grid."""
+    sums = np.zeros((index.max() + 1, 3))
+    for f in range(len(z)):
+        u, v = (z[f] - low[0]) / side, (r[f] - low[1]) / side
+        if 0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]:
+            cell, size = index[int(u), int(v)], np.hypot(nz[f], nr[f])
+            if cell >= 0 and size > 0.0:
+                sums[cell, 0] += nz[f]
+                sums[cell, 1] += nr[f]
+                sums[cell, 2] += size
+    return sums[:, :2] / np.maximum(sums[:, 2:], 1e-300)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def opposed(facing: Floats, i: int, j: int) -> bool:
+    """Whether two cells look opposite ways, as the two sides of a wall do."""
+    return bool(facing[i, 0] * facing[j, 0] + facing[i, 1] * facing[j, 1] < _OPPOSED)
 
 
 def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     """Only the cells that belong to the surface of revolution. O(cells)."""
     reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
-    keep = _ridge(cells.place, cells.index, cells.count)
+    keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
     keep &= cells.count >= _sparse(cells.count)
-    keep &= _covered(cells.place, cells.index, cells.coverage, cells.mask, reach)
+    keep &= _covered(cells.place, cells.index, cells.coverage, cells.mask, reach, cells.facing)
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
-    return Cells(cells.centre_mm[keep], cells.count[keep], cells.mask[keep], index, cells.place[keep])
+    return Cells(
+        cells.centre_mm[keep],
+        cells.count[keep],
+        cells.mask[keep],
+        index,
+        cells.place[keep],
+        cells.facing[keep],
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -276,14 +313,14 @@ def _accumulate(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _ridge(place: Ints, index: Ints32, count: Floats) -> Bools:
+def _ridge(place: Ints, index: Ints32, count: Floats, facing: Floats) -> Bools:
     """Cells on the ridge of the density of the data, not in the tails of its noise."""
     keep = np.ones(len(place), np.bool_)
     for i in range(len(place)):
         for row in range(max(place[i, 0] - 1, 0), min(place[i, 0] + 2, index.shape[0])):
             for column in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, index.shape[1])):
                 j = index[row, column]
-                keep[i] &= j < 0 or count[i] >= _TAIL * count[j]
+                keep[i] &= j < 0 or count[i] >= _TAIL * count[j] or opposed(facing, i, j)
     return keep
 
 
@@ -298,11 +335,12 @@ def _bits(mask: int) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int) -> Bools:
+def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int, facing: Floats) -> Bools:
     """Cells whose data go round.
 
     A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below
-    it is hidden: its mask and that of a stronger cell nearby exclude each other.
+    it is hidden: its mask and that of a stronger cell nearby exclude each other. So do those of the
+    two sides of a wall, which look opposite ways.
     """
     keep = np.zeros(len(place), np.bool_)
     most = coverage.max() if len(coverage) else 0.0
@@ -313,6 +351,6 @@ def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: i
         for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):
             for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
                 j = index[row, column]
-                stronger = j >= 0 and coverage[j] >= 1.5 * coverage[i]
+                stronger = j >= 0 and coverage[j] >= 1.5 * coverage[i] and not opposed(facing, i, j)
                 keep[i] &= not stronger or _bits(masks[i] & masks[j]) > 0.2 * coverage[i] * ARC_BINS
     return keep

@@ -7,6 +7,7 @@ from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Polyline, candidates, feet, join
+from burrscan.generatrix.tracing.cells import Looks
 
 _FACES = 5_000
 """That vote, evenly thinned: the side of each piece is one of two, and some of them near it decide."""
@@ -64,8 +65,7 @@ def _vote(
     """Per segment: area times cosine of the faces near it, and its total amount."""
     if not len(faces):
         return np.zeros(len(line.starts)), np.zeros(len(line.starts))
-    stride = max(1, len(faces) // _FACES)
-    z, r, nz, nr = _face_normals(vertices, faces[::stride], transform)
+    z, r, nz, nr = looks_of(vertices, faces, transform, most=_FACES)
     reach = 2.0 * side
     near = candidates(z, r, line, side_mm=side, slack_mm=0.0, reach_mm=reach)
     foot = feet(z, r, line, near, overshoot_mm=side)
@@ -75,6 +75,13 @@ def _vote(
     size = len(line.starts)
     cast = np.bincount(segment, weights=cosine, minlength=size).astype(np.float64)
     return cast, np.bincount(segment, weights=np.abs(cosine), minlength=size).astype(np.float64)
+
+
+def looks_of(vertices: Floats, faces: Ints32, transform: Floats, *, most: int = 20_000) -> Looks:
+    """Where faces are in the (z, r) plane and how they look, evenly thinned to ``most``. O(most)."""
+    stride = max(1, len(faces) // most)
+    z, r, nz, nr = _face_normals(vertices, faces[::stride], transform)
+    return z, r, nz, nr
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

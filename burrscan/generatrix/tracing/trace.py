@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.generatrix.tracing.cells import Cells
+from burrscan.generatrix.tracing.cells import Cells, opposed
 
 _REACH = 2.3
 """A step of the walk, cells at most: longer than an edge left unsampled, shorter than a gap worth keeping."""
@@ -26,7 +26,9 @@ def trace(cells: Cells, *, side_mm: float) -> list[Floats]:
     for start in order:
         if visited[start]:
             continue
-        path = _both_ways(cells.centre_mm, cells.place, cells.index, visited, int(start), side_mm)
+        path = _both_ways(
+            cells.centre_mm, cells.place, cells.index, cells.facing, visited, int(start), side_mm
+        )
         points = cells.centre_mm[path]
         if _length(points) > 3.0 * side_mm:
             pieces.append(_closed(points, side_mm))
@@ -45,10 +47,12 @@ def _closed(points: Floats, side: float) -> Floats:
     return points
 
 
-def _both_ways(centre: Floats, place: Ints, index: Ints32, visited: Bools, start: int, side: float) -> Ints:
+def _both_ways(
+    centre: Floats, place: Ints, index: Ints32, facing: Floats, visited: Bools, start: int, side: float
+) -> Ints:
     direction = _tangent(centre, place, index, start)
-    ahead = _walk(centre, place, index, visited, start, direction, side)
-    back = _walk(centre, place, index, visited, start, -direction, side)
+    ahead = _walk(centre, place, index, facing, visited, start, direction, side)
+    back = _walk(centre, place, index, facing, visited, start, -direction, side)
     return np.concatenate([back[:0:-1], ahead])
 
 
@@ -68,14 +72,21 @@ def _tangent(centre: Floats, place: Ints, index: Ints32, i: int) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _walk(
-    centre: Floats, place: Ints, index: Ints32, visited: Bools, start: int, direction: Floats, side: float
+    centre: Floats,
+    place: Ints,
+    index: Ints32,
+    facing: Floats,
+    visited: Bools,
+    start: int,
+    direction: Floats,
+    side: float,
 ) -> Ints:
     path = [start]
     visited[start] = True
     z, r = direction[0], direction[1]
     i = start
     while True:
-        j = _next(centre, place, index, visited, i, z, r, side)
+        j = _next(centre, place, index, facing, visited, i, z, r, side)
         if j < 0:
             return np.array(path)
         dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
@@ -83,16 +94,27 @@ def _walk(
         z, r = 0.5 * z + dz / length, 0.5 * r + dr / length
         norm = np.sqrt(z * z + r * r) + 1e-300
         z, r = z / norm, r / norm
-        _claim(centre, place, index, visited, i, j, side)
+        _claim(centre, place, index, facing, visited, i, j, side)
         path.append(j)
         i = j
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _next(
-    centre: Floats, place: Ints, index: Ints32, visited: Bools, i: int, z: float, r: float, side: float
+    centre: Floats,
+    place: Ints,
+    index: Ints32,
+    facing: Floats,
+    visited: Bools,
+    i: int,
+    z: float,
+    r: float,
+    side: float,
 ) -> int:
-    """The nearest cell ahead that is not yet visited; turns of up to 100 degrees are possible, but dear."""
+    """The nearest cell ahead, on this side of the wall, that is not yet visited.
+
+    Turns of up to 100 degrees are possible, but dear.
+    """
     best, least = -1, np.inf
     for row in range(max(place[i, 0] - 3, 0), min(place[i, 0] + 4, index.shape[0])):
         for column in range(max(place[i, 1] - 3, 0), min(place[i, 1] + 4, index.shape[1])):
@@ -102,7 +124,7 @@ def _next(
             dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
             length = np.sqrt(dz * dz + dr * dr) + 1e-300
             cosine = (dz * z + dr * r) / length
-            if length > _REACH * side or cosine < -0.2:
+            if length > _REACH * side or cosine < -0.2 or opposed(facing, i, j):
                 continue
             cost = length * (1.0 + 1.5 * (1.0 - cosine))
             if cost < least:
@@ -111,14 +133,16 @@ def _next(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _claim(centre: Floats, place: Ints, index: Ints32, visited: Bools, i: int, j: int, side: float) -> None:
-    """Mark the cells beside the step from i to j as visited."""
+def _claim(
+    centre: Floats, place: Ints, index: Ints32, facing: Floats, visited: Bools, i: int, j: int, side: float
+) -> None:
+    """Mark the cells beside the step from i to j as visited, but for those of the wall's other side."""
     dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
     square = dz * dz + dr * dr + 1e-300
     for row in range(max(place[i, 0] - 3, 0), min(place[i, 0] + 4, index.shape[0])):
         for column in range(max(place[i, 1] - 3, 0), min(place[i, 1] + 4, index.shape[1])):
             k = index[row, column]
-            if k < 0 or visited[k]:
+            if k < 0 or visited[k] or opposed(facing, i, k):
                 continue
             z, r = centre[k, 0] - centre[i, 0], centre[k, 1] - centre[i, 1]
             t = min(max((z * dz + r * dr) / square, 0.0), 1.0)

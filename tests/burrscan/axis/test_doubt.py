@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import axis_angle_deg, revolution_scan
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis import find_axis
 from burrscan.axis.fitting.doubt import gross_probability, others
 from burrscan.axis.fitting.fit import Fit, refine
 from burrscan.errors import InputError
-from tests.views import single_view
 
 
 def fits() -> tuple[Fit, Fit, float]:

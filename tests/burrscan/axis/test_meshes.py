@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.axis import find_axis
 from burrscan.meshio import read_mesh
 from tests.data import AXES, meshes, place
-from tests.views import single_view
 
 
 @pytest.mark.parametrize("path", meshes(), ids=place)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis import find_axis
-from tests.views import single_view
 
 
 def stacked(sections: list[tuple[Floats, float, float]]) -> tuple[Floats, Ints32]:

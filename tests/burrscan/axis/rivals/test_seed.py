@@ -174,6 +174,22 @@ def test_every_evaluation_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cut.call_count == axis.evaluations + 1
 
 
+@pytest.mark.parametrize("descent", ["steepest", "levenberg_marquardt"])
+def test_a_limited_search_evaluates_no_more_and_ends_on_its_way(
+    descent: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan = revolution_scan(shape=(100, 40), sigma_mm=0.2)
+    cut = Mock(wraps=sections)
+    monkeypatch.setattr(seed_module, "sections", cut)
+    free = find_axis(scan.vertices_mm, scan.faces, method="seed", descent=descent)
+    for most in (9, 12, 20, free.evaluations, 10 * free.evaluations):
+        cut.reset_mock()
+        axis = find_axis(scan.vertices_mm, scan.faces, method="seed", descent=descent, most_evaluations=most)
+        assert axis.evaluations == cut.call_count - 1 == min(most, free.evaluations)
+        assert np.isfinite(axis.direction).all()
+    np.testing.assert_array_equal(axis.direction, free.direction)
+
+
 def test_one_seed_one_result() -> None:
     scan = revolution_scan(shape=(100, 40), sigma_mm=0.5)
     first, second = (find_axis(scan.vertices_mm, scan.faces, method="seed", seed=5) for _ in range(2))
@@ -193,6 +209,7 @@ def test_simplified_mesh() -> None:
         ({"quality": "roundness"}, "quality must be one of"),
         ({"keep_ratio": 0.0}, "keep_ratio"),
         ({"tolerance_mm": 0.0}, "above 0"),
+        ({"most_evaluations": 8}, "at least n² = 9"),
         ({"plains": 12}, "did you mean 'planes'"),
     ],
 )

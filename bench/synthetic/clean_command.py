@@ -1,0 +1,94 @@
+"""The table of false calls, on clean single views of ordinary parts.
+
+    python -m bench.synthetic clean [--parts NAME ...] [--views N] [--first N] [--noise SHARE]
+
+Closed parts drawn at random, each seen once by an orthographic depth camera of 200 pixels from a random
+direction, in a random pose, with independent noise along the rays (a thousandth of the part's size). None has
+a burr: every call is false. Treads and spokes are no surfaces of revolution: their lugs and bars are there.
+Half a second a view.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console
+
+from bench.synthetic.depth_view import single_view
+from bench.synthetic.ordinary_parts import PARTS, Mesh
+from bench.synthetic.revolution import axis_angle_deg, random_pose
+from burrscan.api import inspect_mesh
+from burrscan.arrays import Floats
+from burrscan.errors import InputError
+
+_PIXELS = 200
+"""Across: some 10,000 to 30,000 vertices, as a small depth camera gives."""
+_OFF_DEG = 1.0
+"""An axis further off than this is counted apart: what is called about it is that axis's doing."""
+
+
+@dataclass(frozen=True)
+class CleanView:
+    """One view: ``refused`` where there was no answer, else how far the axis is off, and the burrs called."""
+
+    number: int
+    refused: bool
+    axis_deg: float
+    burrs: tuple[str, ...]
+
+
+def clean_view(part: str, number: int, *, noise: float) -> CleanView:
+    """Inspect the ``number``-th view of a kind of part; noise as a share of the part's size."""
+    (points, faces), direction = seen(part, number, noise=noise)
+    try:
+        found = inspect_mesh(points, faces)
+    except InputError:
+        return CleanView(number, refused=True, axis_deg=np.nan, burrs=())
+    burrs = tuple(
+        f"{burr.side} {burr.height_mm.value:.2f} mm high, {burr.length_mm.value:.1f} long"
+        for burr in found.burrs
+    )
+    return CleanView(number, False, axis_angle_deg(found.axis.direction, direction), burrs)
+
+
+def seen(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats]:
+    """What is seen of a part, and the direction of its axis."""
+    rng = np.random.default_rng((list(PARTS).index(part), number))
+    vertices, faces = PARTS[part](rng)
+    sigma = noise * float(np.ptp(vertices, axis=0).max())
+    points, triangles = single_view(
+        vertices,
+        faces,
+        rng.normal(size=3),
+        pixels=_PIXELS,
+        sigma=sigma,
+        seed=(number, list(PARTS).index(part)),
+    )
+    pose = random_pose(rng)
+    return (points @ pose[:3, :3].T + pose[:3, 3], triangles), pose[:3, 2]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.add_argument("--parts", nargs="+", default=list(PARTS), choices=list(PARTS), metavar="NAME")
+    parser.add_argument("--views", type=int, default=50, help="of each kind")
+    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--noise", type=float, default=0.001, help="share of the part's size")
+
+
+def run(given: argparse.Namespace) -> None:
+    """Print a row for each kind, and each view with a call."""
+    say = Console(soft_wrap=True, highlight=False).print
+    say("parts | views | refused | axis off by > 1° | calls | views with one")
+    for part in given.parts:
+        views = [clean_view(part, given.first + k, noise=given.noise) for k in range(given.views)]
+        called = [view for view in views if view.burrs]
+        say(
+            f"{part} | {len(views)} | {sum(view.refused for view in views)} | "
+            f"{sum(view.axis_deg > _OFF_DEG for view in views)} | {sum(len(view.burrs) for view in views)} | "
+            f"{len(called)}"
+        )
+        for view in called:
+            say(f"  view {view.number}, axis off by {view.axis_deg:.2g}°: {'; '.join(view.burrs)}")

@@ -1,0 +1,105 @@
+"""Which vertices belong to another surface than the curve beside them: the back of a thin wall.
+
+A wall is thin where its two sides are nearer to each other than deviations reach. A view that shows one side
+over a short arc only leaves it without a curve of its own; its vertices then lie a wall's thickness within
+the other side's curve, which is no nick. Their faces look the other way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.robust import SIGMA_PER_MEDIAN
+
+_BACK = -0.5
+"""Cosine between a vertex's normal and the curve's, below which it looks the other way: the flank of a nick
+is at most upright, and noise tilts it by less than 30°."""
+_WOUND = 0.8
+"""Share of the vertices that look out: of less the winding of the faces says nothing."""
+_ASKED = 10_000
+"""Faces that are asked how they are wound, at most."""
+_FEWEST = 10
+"""Vertices within the surface: fewer are strays."""
+_OFF = 4.0
+"""Within this many standard deviations a vertex is on its curve, whatever it looks like."""
+_HANGING = 0.2
+"""Share of a piece off the curve that looks back, from which on all of it is the other surface's: a floor
+hangs on the back of its wall, upright to the curve."""
+
+
+def of_another_surface(part_mm: Floats, faces: Ints32, normal: Floats, distance_mm: Floats) -> Bools:
+    """(V,) True for the vertices that are no deviation from the curve beside them.
+
+    Parameters
+    ----------
+    part_mm, faces
+        (V, 3) in the part frame and (T, 3), wound so that they look out; of a cloud nothing is known.
+    normal
+        (V, 2) outward normal (z, r) of the curve at the nearest place.
+    distance_mm
+        (V,) distance from there, outwards positive; NaN where there is no place.
+
+    Notes
+    -----
+    O(V + T). The normal of a vertex is that of its faces and of those around them, by area.
+
+    """
+    none, known = np.zeros(len(part_mm), dtype=np.bool_), np.isfinite(distance_mm)
+    if not len(faces) or not known.any():
+        return none
+    most = _OFF * SIGMA_PER_MEDIAN * float(np.median(np.abs(distance_mm[known])))
+    within = known & (distance_mm < -most)
+    if np.count_nonzero(within) < _FEWEST or not _wound(part_mm, faces, normal, known):
+        return none
+    ring = np.zeros_like(within)
+    ring[faces[within[faces].any(axis=1)]] = True
+    back = within & (_cosines(part_mm, faces[ring[faces].any(axis=1)], normal) < _BACK)
+    return _hanging(faces, known & (np.abs(distance_mm) > most), back) if back.any() else none
+
+
+def _wound(part_mm: Floats, faces: Ints32, normal: Floats, known: Bools) -> bool:
+    """Whether the faces, or some of them evenly chosen, look out."""
+    cosine = _cosines(part_mm, faces[:: max(len(faces) // _ASKED, 1)], normal)
+    told = known & np.isfinite(cosine)
+    return bool(told.any() and np.mean(cosine[told] > 0.0) >= _WOUND)
+
+
+def _hanging(faces: Ints32, off: Bools, back: Bools) -> Bools:
+    """(V,) the pieces of a mesh off the curve of which enough looks back."""
+    inside = faces[off[faces].all(axis=1)]
+    ends = inside[:, [0, 0]].ravel(), inside[:, [1, 2]].ravel()
+    links = coo_array((np.ones(len(ends[0])), ends), shape=(len(off), len(off)))
+    piece = connected_components(links, directed=False)[1]
+    size, looking = np.bincount(piece), np.bincount(piece, weights=back)
+    return np.asarray(off & (looking >= _HANGING * size)[piece])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cosines(vertices: Floats, faces: Ints32, normal: Floats) -> Floats:
+    """Between the surface's normal at each vertex and its curve's, NaN where there is none."""
+    own = np.zeros((len(vertices), 3))
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        p, q = vertices[b] - vertices[a], vertices[c] - vertices[a]
+        x, y, z = p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+        if np.isfinite(x + y + z):
+            for corner in (a, b, c):
+                own[corner, 0] += x
+                own[corner, 1] += y
+                own[corner, 2] += z
+    wide = np.zeros((len(vertices), 3))
+    for f in range(len(faces)):
+        total = own[faces[f, 0]] + own[faces[f, 1]] + own[faces[f, 2]]
+        for corner in range(3):
+            wide[faces[f, corner]] += total
+    cosine = np.empty(len(vertices))
+    for i in range(len(vertices)):
+        x, y, z = wide[i, 0], wide[i, 1], wide[i, 2]
+        r, size = np.hypot(vertices[i, 0], vertices[i, 1]), np.sqrt(x * x + y * y + z * z)
+        outward = (x * vertices[i, 0] + y * vertices[i, 1]) / r
+        cosine[i] = (z * normal[i, 0] + outward * normal[i, 1]) / size
+    return cosine

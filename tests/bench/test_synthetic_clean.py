@@ -1,0 +1,60 @@
+"""The lab of clean views: parts are closed, its camera sees what is there, the table is printed."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+from bench.synthetic.__main__ import main
+from bench.synthetic.clean_command import clean_view, seen
+from bench.synthetic.depth_view import single_view
+from bench.synthetic.ordinary_parts import PARTS, box
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_every_edge_of_a_part_has_two_faces_or_lies_on_the_axis(part: str) -> None:
+    for number in range(3):
+        vertices, faces = PARTS[part](np.random.default_rng(number))
+        place = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)[1].reshape(-1)[faces]
+        place = place[(place != np.roll(place, 1, axis=1)).all(axis=1)]  # not the slivers at the axis
+        edges = np.sort(np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]]), axis=1)
+        assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all()
+
+
+def test_the_camera_sees_the_near_faces_of_a_box_and_they_look_at_it() -> None:
+    view = np.array([1.0, 2.0, -2.0]) / 3.0
+    points, faces = single_view(*box((-3.0, 3.0), (-4.0, 4.0), (-5.0, 5.0)), view, pixels=90)
+    on = np.abs(points - (-3.0, -4.0, 5.0)) < 1e-9
+    assert on.any(axis=1).all()
+    assert on.any(axis=0).all()
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a) @ view < 0.0).all()
+
+
+def test_noise_is_along_the_rays_and_as_large_as_said() -> None:
+    mesh, view = box((-9.0, 9.0), (-9.0, 9.0), (0.0, 1.0)), np.array([0.0, 0.0, -1.0])
+    points, _ = single_view(*mesh, view, pixels=120, sigma=0.03, seed=1)
+    assert (points[:, 2] - 1.0).std() == pytest.approx(0.03, rel=0.05)
+    assert len(np.unique(np.round(points[:, 0], 9))) <= 120
+
+
+def test_a_view_is_the_same_each_time() -> None:
+    (one, _), axis = seen("plates", 3, noise=0.001)
+    (again, _), _ = seen("plates", 3, noise=0.001)
+    np.testing.assert_array_equal(one, again)
+    assert np.linalg.norm(axis) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("part", "number"), [("vases", 10), ("vases", 12), ("wheels", 1), ("plates", 2)])
+def test_a_clean_view_has_no_burr(part: str, number: int) -> None:
+    view = clean_view(part, number, noise=0.001)
+    assert not view.burrs
+    assert view.axis_deg < 0.1
+
+
+def test_the_table_is_printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["x", "clean", "--parts", "cylinders", "--views", "2", "--first", "5"])
+    main()
+    assert "cylinders | 2 | 0 | 0 | 0 | 0" in capsys.readouterr().out
