@@ -1,49 +1,60 @@
-"""A view made ready for comparison: normals, borders, a search tree, and the samples that are compared."""
+"""A view made ready for comparison: averaged to its working scale, with normals, rims and a search tree."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 from scipy.spatial import cKDTree
 
-from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.errors import InputError
 from burrscan.registration.alignment import PosedSurface
+from burrscan.registration.averaged import averaged
+from burrscan.registration.scale import Scale, scale_of
 
 _FEWEST = 100
-"""Vertices on faces: with fewer there is no surface to align six unknowns by."""
-_ROUNDS = 6
-"""Of averaging over neighbours: reaches about √6 edges, enough to average noise off a normal and no edge
-away."""
+"""Points: with fewer there is no surface to align six unknowns by."""
+_NEIGHBOURS = 40
+"""Of the plane whose normal a point has: enough to average noise off it, and to tell an edge that is sharper
+than the pitch from a plane."""
 _LOPSIDED = 0.5
-"""In pitches: where the middle of the surroundings is this far off, they lie to one side, as at a border."""
+"""In pitches: where the middle of the surroundings is this far off, they lie to one side, as at a rim."""
 _BENT = 0.2
 """Thickness of the surroundings over their lesser width, from which they are an edge and no plane."""
+_CHUNK = 20_000
+"""Planes found at a time: the neighbours of each are some 20 MB."""
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """The vertices that have a normal, in the camera frame.
+    """Points that have a normal, in the camera frame.
 
     Parameters
     ----------
     points_mm, normals
         (V, 3).
     middles_mm
-        (V, 3) the middle of every vertex's surroundings: where its normal is that of the surface.
+        (V, 3) the middle of every point's surroundings: where its normal is that of the surface.
     sigma_mm
         (V,).
-    border
-        (V,) True at and beside the rim of the mesh, where the nearest vertex need not be the nearest place
-        and normals lean.
+    count
+        (V,) how many points of the view each stands for.
+    lean
+        (V,) variance of the normal in either direction across it, rad², that noise makes.
+    rim
+        (V,) True beside the end of the view and on edges, where the nearest point need not be the nearest
+        place and normals lean.
+    oriented
+        Whether the normals point to the side that was seen; those of a cloud point either way.
     samples
-        (S,) indices of the vertices that are compared with other views.
+        (S,) indices of the points that are compared with other views.
     tree
         Over the points.
     pitch_mm
-        Median distance between neighbours.
+        Distance of neighbours.
+    noise_mm
+        Standard deviation of the view's single points across its surface.
 
     """
 
@@ -51,98 +62,115 @@ class Cloud:
     normals: Floats
     middles_mm: Floats
     sigma_mm: Floats
-    border: Bools
+    count: Floats
+    lean: Floats
+    rim: Bools
+    oriented: bool
     samples: Ints
     tree: cKDTree
     pitch_mm: float
+    noise_mm: float
 
 
-def cloud_of(view: PosedSurface, *, samples: int, rng: np.random.Generator, name: str) -> Cloud:
-    """Prepare a view. O(V log V).
+def clouds_of(views: list[tuple[PosedSurface, str]], *, samples: int, seed: int) -> list[Cloud]:
+    """Prepare views, all at the coarsest of their working scales: what is compared is then alike.
 
     Raises
     ------
     InputError
-        When the mesh has hardly any faces: without faces there are no normals.
+        When a view has hardly any points.
 
     """
-    used, normals = _normals(view.vertices_mm, view.faces)
+    used = [_used(view, name) for view, name in views]
+    scales = [
+        scale_of(view.vertices_mm[one], cKDTree(view.vertices_mm[one]), np.random.default_rng(seed))
+        for (view, _), one in zip(views, used, strict=True)
+    ]
+    working = max(scale.working_mm for scale in scales)
+    clouds = []
+    for (view, name), one, scale in zip(views, used, scales, strict=True):
+        clouds.append(_cloud(view, one, scale, working, samples=samples, seed=seed, name=name))
+    return clouds
+
+
+def _used(view: PosedSurface, name: str) -> Bools:
+    """(V,) vertices on a face, or all of a cloud."""
+    used: Bools = np.asarray(np.isfinite(view.vertices_mm).all(axis=1))
+    if len(view.faces):
+        used = used & np.isin(np.arange(len(used)), view.faces)
     if used.sum() < _FEWEST:
-        raise InputError(f"{name}: only {used.sum()} vertices lie on faces; an alignment needs a mesh")
-    normals, middles, shift, bent = _planes(
-        normals, np.where(used[:, None], view.vertices_mm, 0.0), view.faces
+        raise InputError(f"{name}: only {used.sum()} points; an alignment needs {_FEWEST} of a surface")
+    return used
+
+
+def _cloud(
+    view: PosedSurface, used: Bools, scale: Scale, working: float, *, samples: int, seed: int, name: str
+) -> Cloud:
+    number = np.cumsum(used) - 1
+    faces = number[view.faces[used[view.faces].all(axis=1)]].astype(np.int32)
+    sigma = _sigma(view.sigma_mm[used], scale)
+    thin = averaged(view.vertices_mm[used], sigma, faces, pitch_mm=scale.pitch_mm, working_mm=working)
+    if len(thin.points_mm) < _FEWEST:
+        raise InputError(
+            f"{name}: {len(thin.points_mm)} points are left of {used.sum()} once noise of "
+            f"{scale.noise_mm:.2g} mm is averaged over {working:.2g} mm; an alignment needs {_FEWEST}: hand "
+            "over more of the part, or a less noisy scan"
+        )
+    tree = cKDTree(thin.points_mm)
+    planes = [
+        _planes(thin.points_mm, thin.sigma_mm, thin.outwards, tree, slice(at, at + _CHUNK))
+        for at in range(0, len(thin.points_mm), _CHUNK)
+    ]
+    normals, middles, lean, shift, bent, reach = (np.concatenate(part) for part in zip(*planes, strict=True))
+    pitch = float(np.median(reach)) * float(np.sqrt(np.pi / min(_NEIGHBOURS, len(reach))))
+    chosen = np.sort(np.random.default_rng(seed).permutation(len(thin.points_mm))[:samples])
+    rim = np.asarray((shift > _LOPSIDED * pitch) | bent)
+    return Cloud(
+        points_mm=thin.points_mm,
+        normals=normals,
+        middles_mm=middles,
+        sigma_mm=thin.sigma_mm,
+        count=thin.count,
+        lean=lean,
+        rim=rim,
+        oriented=len(faces) > 0,
+        samples=chosen,
+        tree=tree,
+        pitch_mm=pitch,
+        noise_mm=float(np.median(sigma)),
     )
-    points = np.ascontiguousarray(view.vertices_mm[used])
-    chosen = np.sort(rng.permutation(len(points))[:samples])
-    tree = cKDTree(points)
-    apart = np.asarray(tree.query(points[chosen[:1000]], k=2)[0])
-    pitch = float(np.median(apart[:, 1]))
-    border = (
-        _on_border(len(view.vertices_mm), view.faces)[used] | (shift[used] > _LOPSIDED * pitch) | bent[used]
-    )
-    return Cloud(points, normals[used], middles[used], view.sigma_mm[used], border, chosen, tree, pitch)
 
 
-def _normals(vertices_mm: Floats, faces: Ints32) -> tuple[Bools, Floats]:
-    """(V,) vertices on a face of some area, and (V, 3) unit normals, weighted by the faces' areas."""
-    a, b, c = (vertices_mm[faces[:, corner]] for corner in range(3))
-    cross = np.cross(b - a, c - a)
-    whole = np.isfinite(cross).all(axis=1)
-    corners, areas = faces[whole].ravel(), np.repeat(cross[whole], 3, axis=0)
-    total = np.stack([np.bincount(corners, areas[:, k], len(vertices_mm)) for k in range(3)], axis=1)
-    length = np.linalg.norm(total, axis=1)
-    return length > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None]
+def _sigma(stated_mm: Floats, scale: Scale) -> Floats:
+    """(V,) standard deviations: as stated, raised to what the points show, which is all where none is."""
+    known = np.isfinite(stated_mm) & (stated_mm > 0.0)
+    if not known.any():
+        return np.full(len(stated_mm), max(scale.noise_mm, np.finfo(float).tiny))
+    middle = float(np.median(stated_mm[known]))
+    return np.where(known, stated_mm, middle) * max(1.0, scale.noise_mm / middle)
 
 
-def _planes(normals: Floats, points_mm: Floats, faces: Ints32) -> tuple[Floats, Floats, Floats, Bools]:
-    """Normals and middles of the planes through every vertex's surroundings, and how lopsided those are, mm.
+def _planes(
+    points_mm: Floats, sigma_mm: Floats, outwards: Floats, tree: cKDTree, which: slice
+) -> tuple[Floats, ...]:
+    """Normals and middles of the planes through some points' surroundings, and what makes them unsure.
 
     Noise in the normals of a surface of revolution looks like information about the turn that slides it along
-    itself (errors in variables), and so does any lean. Surroundings of some forty vertices leave little of
-    the noise; the plane of least squares does not lean with the diagonals of the faces, as a mean of their
-    normals does. Beside a rim it does lean: (V,) is how far the middle of the surroundings is off, sideways.
-
-    Notes
-    -----
-    The moments are averaged over neighbours, a few times over. O(V + T).
+    itself (errors in variables), and so does any lean: surroundings are round, whatever the faces. Returned
+    are normal, middle, variance of the normal's lean, how far the middle is off sideways, whether the
+    surroundings are bent, and their reach.
     """
-    count = len(normals)
-    edges = _sides(points_mm, faces)
-    ends = np.concatenate([edges, edges[:, ::-1]])
-    joined = sparse.csr_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    share = 1.0 / (1.0 + np.asarray(joined.sum(axis=1)))[:, None]
-    local = points_mm - points_mm.mean(axis=0)
-    moments = np.concatenate([local, (local[:, :, None] * local[:, None, :]).reshape(count, 9)], axis=1)
-    for _ in range(_ROUNDS):
-        moments = share * (moments + joined @ moments)
-    middle = moments[:, :3]
-    scatter = moments[:, 3:].reshape(count, 3, 3) - middle[:, :, None] * middle[:, None, :]
-    spread, axes = np.linalg.eigh(scatter)
-    plane = axes[:, :, 0]
-    plane *= np.where(np.einsum("ij,ij->i", plane, normals) < 0.0, -1.0, 1.0)[:, None]
-    off = middle - local
-    sideways = off - np.einsum("ij,ij->i", off, plane)[:, None] * plane
-    bent = spread[:, 0] > _BENT**2 * spread[:, 1]
-    return plane, middle + points_mm.mean(axis=0), np.linalg.norm(sideways, axis=1).astype(float), bent
-
-
-def _sides(points_mm: Floats, faces: Ints32) -> Ints32:
-    """(E, 2) the edges but for the longest of every face: a range image's diagonals all lean one way.
-
-    Surroundings that are sheared by them give leaning normals where the surface is curved, and views of a
-    surface of revolution then creep about its axis.
-    """
-    edges = np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1)
-    square = ((points_mm[edges[..., 0]] - points_mm[edges[..., 1]]) ** 2).sum(axis=2)
-    kept: Ints32 = edges[np.arange(3) != np.argmax(square, axis=1)[:, None]]
-    return kept
-
-
-def _on_border(count: int, faces: Ints32) -> Bools:
-    """(V,) vertices of edges that only one face has."""
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    key = edges[:, 0].astype(np.int64) * count + edges[:, 1]
-    _, first, times = np.unique(key, return_index=True, return_counts=True)
-    border = np.zeros(count, dtype=bool)
-    border[edges[first[times == 1]].ravel()] = True
-    return border
+    found = tree.query(points_mm[which], k=min(_NEIGHBOURS, len(points_mm)))
+    distance, near = (np.asarray(part) for part in found)
+    around = points_mm[near]
+    middle = around.mean(axis=1)
+    local = around - middle[:, None]
+    spread, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local) / near.shape[1])
+    normal = axes[:, :, 0]
+    side = np.einsum("ni,nki->n", normal, outwards[near])
+    normal = normal * np.where(side < 0.0, -1.0, 1.0)[:, None]
+    off = middle - points_mm[which]
+    shift = np.linalg.norm(off - np.einsum("ni,ni->n", off, normal)[:, None] * normal, axis=1)
+    width = np.maximum(spread[:, 1], np.finfo(float).tiny)
+    lean = np.mean(sigma_mm[near] ** 2, axis=1) / (near.shape[1] * width)
+    return normal, middle, lean, shift, spread[:, 0] > _BENT**2 * width, distance[:, -1]

@@ -15,7 +15,7 @@ from burrscan.documents import STRICT, build, read_json
 from burrscan.errors import InputError
 from burrscan.meshio import read_mesh
 from burrscan.pose import rigid
-from burrscan.registration.alignment import Alignment, PosedSurface
+from burrscan.registration.alignment import Alignment, Free, PosedSurface
 
 Positive = Annotated[float, Field(gt=0.0)]
 Row = tuple[float, float, float, float]
@@ -66,8 +66,21 @@ def alignment_document(found: Alignment) -> dict[str, Any]:
         "covariance": found.covariance.tolist(),
         "moved_mm": found.moved_mm.tolist(),
         "overlap": found.overlap.tolist(),
-        "rms_mm": found.rms_mm if np.isfinite(found.rms_mm) else None,
+        "rms_mm": found.rms_mm,
+        "floor_mm": found.floor_mm,
+        "noise_mm": found.noise_mm.tolist(),
+        "working_mm": found.working_mm,
+        "free": [[_free(motion) for motion in motions] for motions in found.free],
         "iterations": found.iterations,
+    }
+
+
+def _free(motion: Free) -> dict[str, Any]:
+    return {
+        "kind": motion.kind,
+        "point_mm": motion.point_mm.tolist(),
+        "direction": motion.direction.tolist(),
+        "sigma": motion.sigma,
     }
 
 
@@ -75,10 +88,4 @@ def _view(path: Path, pose: Floats) -> PosedSurface:
     mesh = read_mesh(path)
     if mesh.sigma_mm is not None:
         return PosedSurface(mesh.vertices_mm, mesh.faces, mesh.sigma_mm, pose)
-    unknown = np.full(len(mesh.vertices_mm), _unstated_sigma_mm(mesh.vertices_mm))
-    return PosedSurface(mesh.vertices_mm, mesh.faces, unknown, pose)
-
-
-def _unstated_sigma_mm(vertices_mm: Floats) -> float:
-    """A ten-thousandth of the mesh, as fair scanners reach; the alignment raises it where views disagree."""
-    return 1e-4 * float(np.ptp(vertices_mm, axis=0).max())
+    return PosedSurface(mesh.vertices_mm, mesh.faces, np.full(len(mesh.vertices_mm), np.nan), pose)

@@ -20,6 +20,8 @@ from burrscan.registration.cloud import Cloud
 
 _SAME_SIDE = 0.8
 """Cosine between the normals of what is compared, at least: an edge's two faces are two surfaces."""
+_BESIDE = 1.0
+"""In pitches: nearest points of one surface lie no farther apart, sideways, but for a view's last row."""
 
 
 def all_pairs(clouds: Sequence[Cloud], poses: Floats, *, gate_mm: float) -> list[Pairs]:
@@ -35,6 +37,24 @@ def placed(pose: Floats, points_mm: Floats) -> Floats:
     return moved
 
 
+def overlaps(clouds: Sequence[Cloud], poses: Floats, *, gate_mm: float) -> Floats:
+    """(N, N) share of the points of view i that lie on what view j shows, edges and rims included."""
+    share = np.zeros((len(clouds), len(clouds)))
+    for moving, fixed in permutations(range(len(clouds)), 2):
+        one, other = clouds[moving], clouds[fixed]
+        rotation, origin = poses[fixed][:3, :3], poses[fixed][:3, 3]
+        local = (placed(poses[moving], one.points_mm[one.samples]) - origin) @ rotation
+        distance, nearest = other.tree.query(local, distance_upper_bound=gate_mm)
+        distance, near = np.asarray(distance), np.isfinite(distance)
+        index = np.asarray(nearest)[near]
+        across = np.einsum("ij,ij->i", local[near] - other.points_mm[index], other.normals[index])
+        sideways = np.sqrt(np.maximum(distance[near] ** 2 - across**2, 0.0))
+        count = one.count[one.samples]
+        beside = sideways < _BESIDE * other.pitch_mm
+        share[moving, fixed] = count[near] @ beside / count.sum()
+    return share
+
+
 def _pairs(clouds: Sequence[Cloud], poses: Floats, moving: int, fixed: int, gate_mm: float) -> Pairs:
     one, other = clouds[moving], clouds[fixed]
     points = placed(poses[moving], one.points_mm[one.samples])
@@ -44,15 +64,26 @@ def _pairs(clouds: Sequence[Cloud], poses: Floats, moving: int, fixed: int, gate
     nearest = np.asarray(nearest)[near]
     theirs = other.normals[nearest] @ rotation.T
     own = one.normals[one.samples[near]] @ poses[moving][:3, :3].T
-    rims = other.border[nearest] | one.border[one.samples[near]]
-    same = ~rims & (np.einsum("ij,ij->i", own, theirs) > _SAME_SIDE)
+    along = np.einsum("ij,ij->i", own, theirs)
+    if not (one.oriented and other.oriented):  # a cloud's normals point either way
+        theirs, along = theirs * np.where(along < 0.0, -1.0, 1.0)[:, None], np.abs(along)
+    same = ~(other.rim[nearest] | one.rim[one.samples[near]]) & (along > _SAME_SIDE)
     near, nearest, normals = near[same], nearest[same], own[same] + theirs[same]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    mine = one.samples[near]
     place = placed(poses[fixed], other.points_mm[nearest])
-    sigma = np.hypot(one.sigma_mm[one.samples[near]], other.sigma_mm[nearest])
-    across = np.einsum("ij,ij->i", points[near] - place, normals)
+    shared = np.bincount(nearest, minlength=len(other.points_mm))[nearest]
     levers = 0.5 * (
-        placed(poses[moving], one.middles_mm[one.samples[near]])
-        + placed(poses[fixed], other.middles_mm[nearest])
+        placed(poses[moving], one.middles_mm[mine]) + placed(poses[fixed], other.middles_mm[nearest])
     )
-    return Pairs(moving, fixed, levers, normals, across, sigma, near)
+    return Pairs(
+        moving,
+        fixed,
+        points_mm=levers,
+        normals=normals,
+        distance_mm=np.einsum("ij,ij->i", points[near] - place, normals),
+        # a point that several are compared with brings its noise to all of them
+        sigma_mm=np.sqrt(one.sigma_mm[mine] ** 2 + shared * other.sigma_mm[nearest] ** 2),
+        lean=0.25 * (one.lean[mine] + other.lean[nearest]),
+        samples=near,
+    )

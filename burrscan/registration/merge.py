@@ -37,7 +37,10 @@ class Merged:
 
 
 def merge(views: Sequence[PosedSurface], alignment: Alignment) -> Merged:
-    """Lay the views together by their aligned poses. O(V)."""
+    """Lay the views together by their aligned poses. O(V).
+
+    Where a view states no standard deviation, its vertices have that of its points as the alignment saw them.
+    """
     counts = [len(view.vertices_mm) for view in views]
     starts = np.cumsum([0, *counts[:-1]])
     points = [placed(p, v.vertices_mm) for p, v in zip(alignment.T_world_camera, views, strict=True)]
@@ -45,6 +48,12 @@ def merge(views: Sequence[PosedSurface], alignment: Alignment) -> Merged:
     return Merged(
         vertices_mm=np.concatenate(points),
         faces=np.concatenate(faces).astype(np.int32),
-        sigma_mm=np.concatenate([view.sigma_mm for view in views]),
+        sigma_mm=np.concatenate([_sigma(view, n, alignment) for n, view in enumerate(views)]),
         view=np.repeat(np.arange(len(views), dtype=np.int32), counts),
     )
+
+
+def _sigma(view: PosedSurface, number: int, alignment: Alignment) -> Floats:
+    if not len(alignment.noise_mm):
+        return view.sigma_mm
+    return np.where(np.isfinite(view.sigma_mm), view.sigma_mm, alignment.noise_mm[number])

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.registration.alignment import Pairs
 from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
+
+_SIGNIFICANT = 3.0
+"""What is told of a motion must be this many times what noise feigns of it, whose variance is known to some
+ten per cent only."""
+_TRACE = 1e-6
+"""Of the rough poses' precision: keeps the metric regular where noise feigns nothing."""
+_BOTH_WAYS = 0.5
+"""Weight of a distance: from view i to j and from j to i are two looks at the same noise."""
 
 
 @dataclass(frozen=True)
@@ -39,24 +49,85 @@ class Prior:
         weighted = jacobian.T * self.precision
         return weighted @ jacobian, -weighted @ off
 
+    def off(self, pose: Floats, number: int, middle_mm: Floats) -> float:
+        """How far a pose is from its rough one, in standard deviations."""
+        normal, pull = self.equations(pose, number, middle_mm)
+        return float(np.sqrt(pull @ np.linalg.solve(normal, pull)))
 
-def solve(pairs: Sequence[Pairs], poses: Floats, prior: Prior, middle_mm: Floats) -> tuple[Floats, Floats]:
-    """The normal matrix (6N, 6N) and the twists (N, 6) that it wants.
+
+class Step(NamedTuple):
+    """One step for all poses.
+
+    Parameters
+    ----------
+    twists
+        (N, 6) wanted.
+    normal
+        (6N, 6N) the matrix they come from.
+    covariance
+        (6N, 6N) of the poses.
+    alone
+        (6N, 6N) covariance that the rough poses have without the surfaces.
+
+    """
+
+    twists: Floats
+    normal: Floats
+    covariance: Floats
+    alone: Floats
+
+
+def solve(pairs: Sequence[Pairs], poses: Floats, prior: Prior, middle_mm: Floats, *, patch_mm: float) -> Step:
+    """The twists that surfaces and rough poses want together, and how well they are known.
 
     Notes
     -----
     Weights: one over the variance, which is raised where a pair of views disagrees by more than it states
-    (median absolute deviation), times Tukey's biweight. O(pairs).
+    (median absolute deviation), times Tukey's biweight; half of it, for every two views are compared both
+    ways; less where distances within patches of ``patch_mm`` err together. O(pairs).
+
+    Noise in the normals feigns information about motions along the surface, such as the turn of a round part,
+    by as much as their variance says (errors in variables; Fuller 1987). What is told is taken off by that.
+    Motions of which no more than noise is told (:data:`_SIGNIFICANT`) are left to the rough poses altogether:
+    else noise, which has no stiffness against it there, would turn the part.
 
     """
     count = len(poses)
-    normal, wanted = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
+    known, wanted = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
+    told, feigned, pull = np.zeros_like(known), np.zeros_like(known), np.zeros_like(wanted)
+    shaken = np.zeros_like(known)
     for number in range(count):
         block = _block(number)
-        normal[block, block], wanted[block] = prior.equations(poses[number], number, middle_mm)
+        known[block, block], wanted[block] = prior.equations(poses[number], number, middle_mm)
     for pair in pairs:
-        _add(normal, wanted, pair, middle_mm)
-    return normal, np.asarray(np.linalg.solve(normal, wanted)).reshape(count, 6)
+        rows = _Rows(pair, middle_mm)
+        _spread_out(told, pair, rows.square)
+        _spread_out(feigned, pair, rows.feigned)
+        pull[_block(pair.moving)] -= rows.pull
+        pull[_block(pair.fixed)] += rows.pull
+    for pair, square in _shaken(pairs, middle_mm, patch_mm):
+        _spread_out(shaken, pair, square)
+    kept = _significant(told - feigned, feigned + _TRACE * known)
+    told, feigned, shaken, pull = (
+        kept @ (told - feigned) @ kept.T,
+        *(kept @ matrix @ kept.T for matrix in (feigned, shaken)),
+        kept @ pull,
+    )
+    normal = known + told + feigned
+    inverse = np.linalg.inv(known + told)
+    return Step(
+        twists=np.asarray(np.linalg.solve(normal, wanted + pull)).reshape(count, 6),
+        normal=normal,
+        covariance=inverse @ (known + shaken) @ inverse,
+        alone=np.asarray(np.linalg.inv(known)),
+    )
+
+
+def _significant(told: Floats, metric: Floats) -> Floats:
+    """(6N, 6N) takes motions out of pulls of which hardly more than noise is told."""
+    share, motions = eigh(told, metric)
+    kept = np.where(share > _SIGNIFICANT, 1.0, 0.0)
+    return np.asarray((metric @ motions * kept) @ motions.T)
 
 
 def moved(pose: Floats, twist: Floats, middle_mm: Floats) -> Floats:
@@ -76,17 +147,69 @@ def weights(pair: Pairs) -> Floats:
     return np.asarray(inside / (spread * pair.sigma_mm) ** 2)
 
 
-def _add(normal: Floats, wanted: Floats, pair: Pairs, middle_mm: Floats) -> None:
-    jacobian = np.concatenate([np.cross(pair.points_mm - middle_mm, pair.normals), pair.normals], axis=1)
-    weighted = jacobian * weights(pair)[:, None]
-    square, pull = weighted.T @ jacobian, weighted.T @ pair.distance_mm
+class _Rows:
+    """The normal equations of two views' distances, in the twist of one against the other.
+
+    Parameters
+    ----------
+    pair, middle_mm
+        What is compared, and where twists turn about.
+
+    """
+
+    def __init__(self, pair: Pairs, middle_mm: Floats) -> None:
+        self.lever = pair.points_mm - middle_mm
+        self.jacobian = np.concatenate([np.cross(self.lever, pair.normals), pair.normals], axis=1)
+        self.weight = _BOTH_WAYS * weights(pair)
+        self.scores = self.jacobian * (self.weight * pair.distance_mm)[:, None]
+        self.square = (self.jacobian.T * self.weight) @ self.jacobian
+        self.pull = self.scores.sum(axis=0)
+        self.feigned = _feigned(self.lever, pair.normals, self.weight * pair.lean)
+
+
+def _spread_out(matrix: Floats, pair: Pairs, square: Floats) -> None:
+    """Add a (6, 6) matrix of the twist between two views to that of all poses."""
     one, other = _block(pair.moving), _block(pair.fixed)
-    normal[one, one] += square
-    normal[other, other] += square
-    normal[one, other] -= square
-    normal[other, one] -= square
-    wanted[one] -= pull
-    wanted[other] += pull
+    matrix[one, one] += square
+    matrix[other, other] += square
+    matrix[one, other] -= square
+    matrix[other, one] -= square
+
+
+def _shaken(pairs: Sequence[Pairs], middle_mm: Floats, patch_mm: float) -> list[tuple[Pairs, Floats]]:
+    """Per two views the covariance (6, 6) of what their distances pull, where those of a patch err together.
+
+    The sum of what every patch pulls, squared (Liang & Zeger 1986), and in no direction less than that of
+    distances that know nothing of each other.
+    """
+    both: dict[tuple[int, int], list[Pairs]] = {}
+    for pair in pairs:
+        both.setdefault((min(pair.moving, pair.fixed), max(pair.moving, pair.fixed)), []).append(pair)
+    found = []
+    for looks in both.values():
+        rows = [_Rows(pair, middle_mm) for pair in looks]
+        square = np.sum([one.square for one in rows], axis=0)
+        # the same noise seen the other way round pulls the other view
+        sense = [1.0 if pair.moving == looks[0].moving else -1.0 for pair in looks]
+        scores = np.concatenate([s * one.scores for s, one in zip(sense, rows, strict=True)])
+        patch = np.floor(np.concatenate([one.lever for one in rows]) / patch_mm).astype(np.int64)
+        number = np.unique(patch, axis=0, return_inverse=True)[1].reshape(-1)
+        pulls = np.stack([np.bincount(number, scores[:, k]) for k in range(6)], axis=1)
+        metric = square + np.finfo(float).eps * np.trace(square) * np.eye(6)
+        size, motions = eigh(pulls.T @ pulls, metric)
+        back = metric @ motions
+        found.append((looks[0], (back * np.maximum(size, 1.0)) @ back.T))
+    return found
+
+
+def _feigned(lever: Floats, normals: Floats, weight: Floats) -> Floats:
+    """(6, 6) weighted sum of the covariances of (lever × normal, normal) by normals that lean."""
+    across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
+    zero = np.zeros(len(lever))
+    x, y, z = lever.T
+    turn = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    by = np.concatenate([turn, np.broadcast_to(np.eye(3), turn.shape)], axis=1)
+    return np.asarray(np.einsum("n,nai,nij,nbj->ab", weight, by, across, by, optimize=True))
 
 
 def _block(number: int) -> slice:

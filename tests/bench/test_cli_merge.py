@@ -64,3 +64,42 @@ def test_bad_poses_are_refused_and_nothing_is_written(
     assert main(["merge", *files, "--poses", str(tmp_path / "poses.json"), "--out", str(out)]) == 2
     assert why in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_what_the_surfaces_leave_open_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A round part slides about its axis; the part of the other tests has lobes, and nothing is open."""
+    rng = np.random.default_rng(5)
+    (folder / "round").mkdir()
+    views = [view(turn, rng, lobes=0.0) for turn in TURNS]
+    for number, one in enumerate(views):
+        write_ply(folder / f"round/{number}.ply", one.vertices_mm, one.faces, scalars={})
+    poses = {"T_world_camera": [one.T_world_camera.tolist() for one in views]}
+    (folder / "round/poses.json").write_text(json.dumps(poses))
+    assert merge(folder / "round", "--json", str(folder / "round/aligned.json")) == 0
+    assert "the surfaces leave open, the rough poses decide: turn about (" in capsys.readouterr().out
+    (turn,) = json.loads((folder / "round/aligned.json").read_text())["free"][1]
+    assert turn["kind"] == "turn"
+    assert turn["direction"][2] > 0.99
+    assert turn["sigma"] > 0.1
+    merged = read_mesh(folder / "round/all.ply")
+    assert merged.sigma_mm is not None
+    assert np.median(merged.sigma_mm) == pytest.approx(0.02, rel=0.25)  # measured, for none was stated
+    assert merge(folder) == 0
+    assert "leave open" not in capsys.readouterr().out
+
+
+def test_views_that_do_not_overlap_end_with_2_and_write_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(6)
+    for number, one in enumerate(views := [view(turn, rng) for turn in (0.0, 180.0)]):
+        write_ply(tmp_path / f"{number}.ply", one.vertices_mm, one.faces, scalars={})
+    poses = {"T_world_camera": [one.T_world_camera.tolist() for one in views]}
+    (tmp_path / "poses.json").write_text(json.dumps(poses))
+    assert merge(tmp_path, "--json", str(tmp_path / "aligned.json")) == 2
+    said = capsys.readouterr()
+    assert "view 2 shares hardly any surface" in said.err
+    assert "take views that overlap by a third" in said.err
+    assert "distance between" not in said.out
+    assert not (tmp_path / "all.ply").exists()
+    assert not (tmp_path / "aligned.json").exists()
