@@ -83,7 +83,7 @@ def test_what_the_surfaces_leave_open_is_named(folder: Path, capsys: pytest.Capt
     assert turn["sigma"] > 0.1
     merged = read_mesh(folder / "round/all.ply")
     assert merged.sigma_mm is not None
-    assert np.median(merged.sigma_mm) == pytest.approx(0.02, rel=0.25)  # measured, for none was stated
+    assert 0.01 < np.median(merged.sigma_mm) < 0.025  # measured across the surface: noise is along rays
     assert merge(folder) == 0
     assert "leave open" not in capsys.readouterr().out
 

@@ -1,0 +1,60 @@
+"""The curve that all views share: its pieces, found anew where the poses have moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.axis.fitting.fit import BEND, FEWEST, Curve
+from burrscan.axis.fitting.ridges import Pieces, find_pieces
+from burrscan.registration.joined.points import Rows
+from burrscan.strays import FAR, beyond
+
+_LEAST_SHARE = 0.025
+"""Of the mean number of points: a piece with less is a scrap of background."""
+
+
+def pieces_of(points: Sequence[Floats], poses: Floats, blur_mm: float) -> Pieces:
+    """Pieces of the curve that all views' points make at their poses. O(V)."""
+    placed = np.concatenate([p @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, poses, strict=True)])
+    placed = np.ascontiguousarray(placed[~beyond(placed, times=FAR)])
+    r = np.hypot(placed[:, 0], placed[:, 1])
+    bounds = np.array([placed[:, 2].min(), placed[:, 2].max(), r.min(), r.max()])
+    pieces = find_pieces(placed, np.empty(0), np.eye(3), np.zeros(3), blur=blur_mm, bounds=bounds)
+    j, k = (
+        np.clip(((value - low) / pieces.cell).astype(int), 0, size - 1)
+        for value, low, size in zip((placed[:, 2], r), pieces.origin, pieces.labels.shape, strict=True)
+    )
+    label = pieces.labels[j, k]
+    count = np.bincount(label[label >= 0], minlength=len(pieces.centre))
+    poor = count < max(FEWEST, _LEAST_SHARE * count.mean()) if len(count) else np.zeros(0, bool)
+    labels = np.where((pieces.labels >= 0) & poor[pieces.labels], -1, pieces.labels).astype(np.int16)
+    return replace(pieces, labels=labels)
+
+
+def curve_at(pieces: Pieces, coefficients: Floats) -> Curve:
+    """Pieces and coefficients as kernels take them."""
+    return Curve(
+        pieces.centre,
+        pieces.normal,
+        coefficients,
+        pieces.labels,
+        pieces.origin,
+        pieces.cell,
+        pieces.spacing,
+    )
+
+
+def inverses(rows: Sequence[Rows], spacing_mm: float) -> Floats:
+    """(K, 3, 3) inverse of every piece's normal matrix over all views; zero where no view has points."""
+    m = np.sum([row.moments for row in rows], axis=0)
+    matrix = m[:, [[0, 1, 2], [1, 2, 3], [2, 3, 4]]]
+    some = m[:, 0] > 0.0
+    stiffness = (BEND * spacing_mm) ** -2.0
+    matrix[:, [1, 2], [1, 2]] += stiffness
+    inverse = np.zeros_like(matrix)
+    inverse[some] = np.linalg.inv(matrix[some])
+    return inverse

@@ -1,0 +1,129 @@
+"""What the points of one view say of its pose against the part and of the curve that all views share.
+
+The residual of a point is its distance off the curve in the (z, r) plane of the axis, along the curve's
+normal (:mod:`burrscan.axis.fitting.fit` has the pieces). A small motion of the view changes it by the motion
+of the point along that normal; a turn about the axis changes nothing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.axis.fitting.fit import Curve, off_piece, piece_of
+from burrscan.axis.jit import kernel
+
+UNKNOWNS = 6
+"""Of a view: a rotation vector and a translation in the part frame."""
+SECTORS = 64
+"""Of a turn: as wide as burrs and lugs, whose points err together."""
+
+
+class Rows(NamedTuple):
+    """Sums over the points of a view, each with its weight w, place t on its piece and distance d off it.
+
+    Parameters
+    ----------
+    moments
+        (K, 5) of w t⁰ to w t⁴.
+    offsets
+        (K, 3) of w d (1, t, t²).
+    slopes
+        (K, 3, 6) of w (1, t, t²) J.
+    square, pull
+        (6, 6) of w J Jᵀ and (6,) of w d J.
+    z
+        (V,) distances over their standard deviations; NaN off the curve.
+
+    """
+
+    moments: Floats
+    offsets: Floats
+    slopes: Floats
+    square: Floats
+    pull: Floats
+    z: Floats
+
+
+@kernel
+def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: float, robust: bool) -> Rows:  # noqa: FBT001 (a kernel)
+    """The rows of (V, 3) points at a pose (4, 4) in the part frame. O(V).
+
+    Points beyond ``limit`` standard deviations have no weight; within it Tukey's, or all the same where not
+    ``robust``.
+    """
+    pieces = curve.centre.shape[0]
+    moments, offsets = np.zeros((pieces, 5)), np.zeros((pieces, 3))
+    slopes = np.zeros((pieces, 3, 6))
+    square, pull = np.zeros((6, 6)), np.zeros(6)
+    scores = np.full(points.shape[0], np.nan)
+    J = np.zeros(6)
+    for i in range(points.shape[0]):
+        a, b, c = points[i, 0], points[i, 1], points[i, 2]
+        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
+        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
+        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, curve)
+        if k < 0 or r == 0.0:
+            continue
+        t, d, mz, mr = off_piece(z, r, k, curve)
+        scores[i] = d / sigma[i]
+        size = abs(scores[i]) / limit
+        if size >= 1.0:
+            continue
+        w = ((1.0 - size * size) ** 2 if robust else 1.0) / (sigma[i] * sigma[i])
+        nx, ny = mr * x / r, mr * y / r
+        J[0], J[1], J[2] = y * mz - z * ny, z * nx - x * mz, 0.0
+        J[3], J[4], J[5] = nx, ny, mz
+        power = w
+        for e in range(5):
+            moments[k, e] += power
+            if e < 3:
+                offsets[k, e] += power * d
+                for p in range(6):
+                    slopes[k, e, p] += power * J[p]
+            power *= t
+        for p in range(6):
+            pull[p] += w * d * J[p]
+            for q in range(6):
+                square[p, q] += w * J[p] * J[q]
+    return Rows(moments, offsets, slopes, square, pull, scores)
+
+
+@kernel
+def sector_pulls(
+    points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: float, response: Floats
+) -> tuple[Floats, Floats]:
+    """Per sector (64, 6) what its points pull, and (6, 6) what they tell, once the curve has its share.
+
+    ``response`` (K, 3, 6) is the change of the curve by the pose.
+    """
+    pulls, square, J = np.zeros((SECTORS, 6)), np.zeros((6, 6)), np.zeros(6)
+    for i in range(points.shape[0]):
+        a, b, c = points[i, 0], points[i, 1], points[i, 2]
+        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
+        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
+        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, curve)
+        if k < 0 or r == 0.0:
+            continue
+        t, d, mz, mr = off_piece(z, r, k, curve)
+        if abs(d) >= limit * sigma[i]:
+            continue
+        w = 1.0 / (sigma[i] * sigma[i])
+        nx, ny = mr * x / r, mr * y / r
+        J[0], J[1], J[2] = y * mz - z * ny, z * nx - x * mz, 0.0
+        J[3], J[4], J[5] = nx, ny, mz
+        lean = response[k]
+        s = int((np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * SECTORS) % SECTORS
+        for p in range(6):
+            J[p] -= lean[0, p] + t * (lean[1, p] + t * lean[2, p])
+        for p in range(6):
+            pulls[s, p] += w * d * J[p]
+            for q in range(6):
+                square[p, q] += w * J[p] * J[q]
+    return pulls, square

@@ -1,0 +1,364 @@
+"""Poses, axis and curve of several views as one least-squares problem.
+
+A surface of revolution does not tell how a view is turned about its axis, and a view of a third of it tells
+only so much of where the axis is: place across and radius go together. Views that share one curve help each
+other there, whatever the robot's accuracy; views aligned one after the other hand their errors on instead
+(docs/registration). So everything is unknown at once: per view a pose, which the robot's word holds where
+nothing else does (Lu & Milios 1997 for poses with priors); the part's axis in the robot's frame; and the
+curve, which is eliminated in every step (variable projection; Golub & Pereyra 1973, Kaufman 1975).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from burrscan.arrays import Bools, Floats
+from burrscan.axis.api import find_axis
+from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.fitting.ridges import Pieces
+from burrscan.errors import InputError
+from burrscan.generatrix.curve import fit_generatrix
+from burrscan.inspection import Axis
+from burrscan.pose import rigid
+from burrscan.registration.alignment import PosedSurface
+from burrscan.registration.joined.curve import curve_at, inverses, pieces_of
+from burrscan.registration.joined.motion import axis_at, exponential
+from burrscan.registration.joined.points import UNKNOWNS, Rows, rows_of, sector_pulls
+from burrscan.registration.joined.robot import BASE, base_covariance, base_motion, robot_rows
+from burrscan.registration.joined.roll import bins_of, height_map, roll_rows
+from burrscan.registration.joined.types import Joint, PosePrior
+from burrscan.registration.scale import scale_of
+from burrscan.robust import SIGMA_PER_MEDIAN
+
+__all__ = ["Joint", "PosePrior", "joint"]
+
+_FEWEST = 300
+"""Points of a view: with fewer a curve and a pose cannot be told apart."""
+_THINNED = 20_000
+"""Points of all views for the first axis, which need not be good."""
+_BLURS = (0.06, 0.02)
+"""Resolutions of the curve in units of the part's rms radius: the first bears the robot's errors."""
+_BLUR_PER_SIGMA = 1.5
+"""Least resolution in noise deviations, as in :mod:`burrscan.axis.profile`."""
+_TUKEY = 5.0
+"""Points farther than this many standard deviations off the curve count nothing; those within it count
+fully in the covariance."""
+_EFFICIENCY = 0.961
+"""Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
+_STEPS = 8
+"""Of Gauss-Newton per resolution; five do."""
+_SETTLED = 0.05
+"""Done when the poses move by less than this share of their standard deviations."""
+_LEAST_SPREAD = 1e-6
+"""In stated standard deviations: surfaces without noise."""
+
+
+@dataclass
+class _State:
+    """What changes from step to step: poses in the part frame, the part in the world, curve and noise."""
+
+    poses: Floats
+    T_world_part: Floats
+    pieces: Pieces
+    coefficients: Floats
+    spread: Floats
+
+
+def joint(
+    views: Sequence[PosedSurface],
+    *,
+    prior: PosePrior = PosePrior(),  # noqa: B008 (frozen)
+    use_roll: bool = True,
+) -> Joint:
+    """Estimate poses, axis and curve of views of one part of revolution together.
+
+    Parameters
+    ----------
+    views
+        One or more, with the poses that the robot reported. Where a view states no standard deviation of its
+        vertices, the noise that they show is taken.
+    prior
+        How good the reported poses are.
+    use_roll
+        Whether what is not round may turn views about the axis.
+
+    Raises
+    ------
+    InputError
+        For no views, views of hardly any points, poses that are no rigid motions, and points that hold no
+        axis.
+
+    Notes
+    -----
+    Residuals are distances off the curve along its normal, Tukey's biweight; the curve is made of parabolas,
+    as in :mod:`burrscan.axis.fitting.fit`. The covariance is that of the joint normal matrix, with the noise
+    that the residuals show and widened where points of one sector err together. Invariant under a motion of
+    the world and, but for rounding, the order of the views. O(V) per step.
+
+    """
+    if not views:
+        raise InputError("no views: the joint estimate needs one at least")
+    points, sigma = _points(views)
+    reported = np.stack([rigid(v.T_world_camera, what=f"view {n}") for n, v in enumerate(views, 1)])
+    state = _start(points, reported)
+    size = _rms_radius(points, reported, state.T_world_part)
+    rough = prior.sigma_mm + np.radians(prior.sigma_deg) * size
+    steps = 0
+    for blur in _BLURS:
+        noise = float(np.median(np.concatenate([s * k for s, k in zip(sigma, state.spread, strict=True)])))
+        resolution = max(blur * size, _BLUR_PER_SIGMA * noise)
+        if blur == _BLURS[0]:
+            state.spread = np.array([max(1.0, rough / float(np.median(s))) for s in sigma])
+        state.pieces = pieces_of(points, state.poses, resolution)
+        state.coefficients = np.zeros((len(state.pieces.centre), 3))
+        for _ in range(_STEPS):
+            steps += 1
+            if _step(state, points, sigma, reported, prior, use_roll=use_roll) < _SETTLED:
+                break
+    return _result(state, views, points, sigma, reported, prior, steps, use_roll=use_roll)
+
+
+def _points(views: Sequence[PosedSurface]) -> tuple[list[Floats], list[Floats]]:
+    """Finite points and their standard deviations."""
+    points, sigma = [], []
+    for number, view in enumerate(views, 1):
+        good: Bools = np.asarray(np.isfinite(view.vertices_mm).all(axis=1))
+        if good.sum() < _FEWEST:
+            raise InputError(f"view {number}: {good.sum()} points are too few, at least {_FEWEST} are needed")
+        own = np.ascontiguousarray(view.vertices_mm[good])
+        stated = view.sigma_mm[good]
+        if not (np.isfinite(stated) & (stated > 0.0)).all():
+            measured = scale_of(own, cKDTree(own), np.random.default_rng(0)).noise_mm
+            stated = np.where(np.isfinite(stated) & (stated > 0.0), stated, measured)
+        points.append(own)
+        sigma.append(np.ascontiguousarray(stated))
+    return points, sigma
+
+
+def _start(points: list[Floats], reported: Floats) -> _State:
+    """The axis of all points at their reported poses, thinned: within the robot's errors."""
+    every = -(-sum(map(len, points)) // _THINNED)
+    placed = np.concatenate(
+        [p[::every] @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, reported, strict=True)]
+    )
+    axis = find_axis(placed, most_doubt=1.0)
+    T_part_world = T_part_mesh(axis.point_mm, axis.direction)
+    z = float((placed @ T_part_world[2, :3] + T_part_world[2, 3]).mean())
+    T_part_world[2, 3] -= z
+    empty = Pieces(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 0), np.int16), np.zeros(2), 1.0, 1.0)
+    return _State(
+        poses=T_part_world @ reported,
+        T_world_part=np.linalg.inv(T_part_world),
+        pieces=empty,
+        coefficients=np.zeros((0, 3)),
+        spread=np.ones(len(points)),
+    )
+
+
+def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) -> float:
+    """RMS distance of the points from their mean."""
+    back = np.linalg.inv(T_world_part)
+    placed = np.concatenate(
+        [
+            p[::10] @ (back @ pose)[:3, :3].T + (back @ pose)[:3, 3]
+            for p, pose in zip(points, reported, strict=True)
+        ]
+    )
+    off = placed - np.median(placed, axis=0)
+    return float(np.sqrt(np.median((off**2).sum(axis=1))))
+
+
+def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool) -> list[Rows]:
+    curve = curve_at(state.pieces, state.coefficients)
+    return [
+        rows_of(p, s * k, np.ascontiguousarray(pose), curve, _TUKEY, robust)
+        for p, s, k, pose in zip(points, sigma, state.spread, state.poses, strict=True)
+    ]
+
+
+def _eliminated(rows: list[Rows], inverse: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Normal equations of all poses without the curve; the curve's offset and its response to the poses."""
+    count = len(rows)
+    slopes = np.concatenate([row.slopes for row in rows], axis=2)  # (K, 3, 6N)
+    offset = np.einsum("kij,kj->ki", inverse, np.sum([row.offsets for row in rows], axis=0))
+    response = inverse @ slopes
+    square, pull = np.zeros((UNKNOWNS * count,) * 2), np.zeros(UNKNOWNS * count)
+    for number, row in enumerate(rows):
+        block = slice(UNKNOWNS * number, UNKNOWNS * number + UNKNOWNS)
+        square[block, block], pull[block] = row.square, row.pull
+    square -= np.einsum("kia,kib->ab", slopes, response, optimize=True)
+    pull -= np.einsum("kia,ki->a", slopes, offset)
+    return square, pull, offset, response
+
+
+def _system(
+    state: _State,
+    points: list[Floats],
+    square: Floats,
+    pull: Floats,
+    noise_mm: Floats,
+    robot: tuple[Floats, Floats],
+    *,
+    use_roll: bool,
+) -> tuple[Floats, Floats, Floats]:
+    """The whole normal matrix and pull: points, robot, and what is not round; and the last one's diagonal."""
+    count = len(points)
+    whole, wanted = robot[0].copy(), robot[1].copy()
+    whole[: UNKNOWNS * count, : UNKNOWNS * count] += square
+    wanted[: UNKNOWNS * count] += pull
+    seen = np.zeros(count)
+    if use_roll and count > 1:
+        curve = curve_at(state.pieces, state.coefficients)
+        bins = bins_of(curve, sum(map(len, points)) / count)
+        maps = [
+            height_map(p, np.ascontiguousarray(pose), curve, bins=bins)
+            for p, pose in zip(points, state.poses, strict=True)
+        ]
+        told, turn = roll_rows(maps, noise_mm)
+        rolls = UNKNOWNS * np.arange(count) + 2
+        whole[np.ix_(rolls, rolls)] += told
+        wanted[rolls] += turn
+        seen = np.diag(told)
+    return whole, wanted, seen
+
+
+def _step(
+    state: _State,
+    points: list[Floats],
+    sigma: list[Floats],
+    reported: Floats,
+    prior: PosePrior,
+    *,
+    use_roll: bool,
+) -> float:
+    """One Gauss-Newton step, in place; its length in standard deviations per unknown."""
+    rows = _rows(state, points, sigma, robust=True)
+    inverse = inverses(rows, state.pieces.spacing)
+    square, pull, offset, response = _eliminated(rows, inverse)
+    noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
+    robot = robot_rows(reported, state.poses, state.T_world_part, prior)
+    whole, wanted, _ = _system(state, points, square, pull, noise, robot, use_roll=use_roll)
+    step = -np.linalg.solve(whole, wanted)
+    views, base = step[:-BASE], step[-BASE:]
+    state.coefficients = state.coefficients + offset + response @ views
+    state.poses = np.stack(
+        [
+            exponential(twist) @ pose
+            for twist, pose in zip(views.reshape(-1, UNKNOWNS), state.poses, strict=True)
+        ]
+    )
+    state.T_world_part = state.T_world_part @ exponential(base_motion(base))
+    state.spread = np.array([_spread(row.z, k) for row, k in zip(rows, state.spread, strict=True)])
+    return float(np.sqrt(step @ whole @ step / len(step)))
+
+
+def _spread(z: Floats, spread: float) -> float:
+    """Standard deviation of a view's residuals in stated ones, robustly."""
+    size = np.abs(z[np.isfinite(z)])
+    return float(max(spread * SIGMA_PER_MEDIAN * np.median(size), _LEAST_SPREAD)) if len(size) else spread
+
+
+def _result(
+    state: _State,
+    views: Sequence[PosedSurface],
+    points: list[Floats],
+    sigma: list[Floats],
+    reported: Floats,
+    prior: PosePrior,
+    steps: int,
+    *,
+    use_roll: bool,
+) -> Joint:
+    """What was found, with the covariance of the joint normal matrix."""
+    count = len(views)
+    rows = _rows(state, points, sigma, robust=False)
+    *_, response = _eliminated(rows, inverses(rows, state.pieces.spacing))
+    wide = _widened(state, points, sigma, response) / _EFFICIENCY
+    rows = [_scaled(row, 1.0 / factor) for row, factor in zip(rows, wide, strict=True)]
+    square, pull, *_ = _eliminated(rows, inverses(rows, state.pieces.spacing))
+    noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
+    robot = robot_rows(reported, state.poses, state.T_world_part, prior)
+    whole, _, seen = _system(state, points, square, pull, noise, robot, use_roll=use_roll)
+    covariance = np.linalg.inv(whole)
+    z = [_middle(p, pose, row.z) for p, pose, row in zip(points, state.poses, rows, strict=True)]
+    part = _world_axis(state, covariance, float(np.mean(z)), steps)
+    poses = state.T_world_part @ state.poses
+    placed = [p @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, poses, strict=True)]
+    return Joint(
+        T_world_camera=poses,
+        covariance=_world_covariance(state, covariance),
+        middle_mm=state.T_world_part[:3, 3],
+        axis=part,
+        axes_camera=tuple(
+            axis_at(np.linalg.inv(pose), _block(covariance, n), middle, evaluations=steps)
+            for n, (pose, middle) in enumerate(zip(state.poses, z, strict=True))
+        ),
+        generatrix=fit_generatrix(
+            np.concatenate(placed), np.zeros((0, 3), np.int32), part, sigma_mm=np.concatenate(sigma)
+        ),
+        noise_mm=noise,
+        used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
+        roll_sigma_deg=_roll_sigma_deg(covariance, count),
+        roll_seen=seen > 0.0,
+        iterations=steps,
+    )
+
+
+def _widened(state: _State, points: list[Floats], sigma: list[Floats], response: Floats) -> Floats:
+    """(N,) by how much points of one sector that err together widen a view's variance, at least 1."""
+    curve = curve_at(state.pieces, state.coefficients)
+    wide = np.ones(len(points))
+    for number, (p, s) in enumerate(zip(points, sigma, strict=True)):
+        own = np.ascontiguousarray(response[:, :, UNKNOWNS * number : UNKNOWNS * (number + 1)])
+        pose = np.ascontiguousarray(state.poses[number])
+        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, _TUKEY, own)
+        told = [0, 1, 3, 4, 5]  # all but the turn about the axis
+        inverse = np.linalg.pinv(square[np.ix_(told, told)], hermitian=True)
+        filled = np.count_nonzero(pulls.any(axis=1))
+        lost = filled / max(filled - len(told), 1)
+        wide[number] = max(
+            1.0, lost * float(np.trace(inverse @ pulls[:, told].T @ pulls[:, told])) / len(told)
+        )
+    return wide
+
+
+def _scaled(row: Rows, factor: float) -> Rows:
+    return Rows(*(part * factor for part in row[:-1]), row.z)
+
+
+def _middle(points: Floats, pose: Floats, z: Floats) -> float:
+    """Mean place along the axis of what lies on the curve."""
+    return float((points[np.isfinite(z)] @ pose[2, :3] + pose[2, 3]).mean())
+
+
+def _block(covariance: Floats, number: int) -> Floats:
+    own = slice(UNKNOWNS * number, UNKNOWNS * number + UNKNOWNS)
+    return covariance[own, own]
+
+
+def _world_axis(state: _State, covariance: Floats, z_mm: float, steps: int) -> Axis:
+    base = base_covariance(covariance[-BASE:, -BASE:])
+    return axis_at(state.T_world_part, base, z_mm, evaluations=steps)
+
+
+def _world_covariance(state: _State, covariance: Floats) -> Floats:
+    """(6N, 6N) of the poses in the world: each is off by the part's twist and by its own."""
+    count = len(state.poses)
+    turn = np.kron(np.eye(2), state.T_world_part[:3, :3])
+    by = np.zeros((UNKNOWNS * count, UNKNOWNS * count + BASE))
+    for number in range(count):
+        block = slice(UNKNOWNS * number, UNKNOWNS * (number + 1))
+        by[block, block] = turn
+        by[block, -BASE:] = turn @ np.stack([base_motion(one) for one in np.eye(BASE)], axis=1)
+    return np.asarray(by @ covariance @ by.T)
+
+
+def _roll_sigma_deg(covariance: Floats, count: int) -> Floats:
+    rolls = UNKNOWNS * np.arange(count) + 2
+    own = covariance[np.ix_(rolls, rolls)]
+    variance = np.diag(own) + own[0, 0] - 2.0 * own[0]
+    return np.degrees(np.sqrt(np.maximum(variance, 0.0)))
