@@ -2,10 +2,11 @@
 
 A surface of revolution does not tell how a view is turned about its axis, and a view of a third of it tells
 only so much of where the axis is: place across and radius go together. Views that share one curve help each
-other there, whatever the robot's accuracy; views aligned one after the other hand their errors on instead
-(docs/registration). So everything is unknown at once: per view a pose, which the robot's word holds where
-nothing else does (Lu & Milios 1997 for poses with priors); the part's axis in the robot's frame; and the
-curve, which is eliminated in every step (variable projection; Golub & Pereyra 1973, Kaufman 1975).
+other there, whatever the robot's accuracy; views aligned by their distances alone
+(:mod:`burrscan.registration.align`) hand the errors of their poses on to the axis. So everything is unknown at
+once: per view a pose, which the robot's word holds where nothing else does (Lu & Milios 1997 for poses with
+priors); the part's axis in the robot's frame; and the curve, which is eliminated in every step (variable
+projection; Golub & Pereyra 1973, Kaufman 1975).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.api import find_axis
-from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.basis import T_part_mesh, sensed
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.errors import InputError
 from burrscan.generatrix.curve import fit_generatrix
@@ -38,8 +39,8 @@ __all__ = ["Joint", "PosePrior", "joint"]
 
 _FEWEST = 300
 """Points of a view: with fewer a curve and a pose cannot be told apart."""
-_THINNED = 20_000
-"""Points of all views for the first axis, which need not be good."""
+_THINNED = 6_000
+"""Points of a view for its first axis, which need not be good."""
 _BLURS = (0.06, 0.02)
 """Resolutions of the curve in units of the part's rms radius: the first bears the robot's errors."""
 _BLUR_PER_SIGMA = 1.5
@@ -53,6 +54,8 @@ _STEPS = 8
 """Of Gauss-Newton per resolution; five do."""
 _SETTLED = 0.05
 """Done when the poses move by less than this share of their standard deviations."""
+_ALONG = 5
+"""Which of a view's unknowns is its place along the axis."""
 _LEAST_SPREAD = 1e-6
 """In stated standard deviations: surfaces without noise."""
 
@@ -140,19 +143,26 @@ def _points(views: Sequence[PosedSurface]) -> tuple[list[Floats], list[Floats]]:
 
 
 def _start(points: list[Floats], reported: Floats) -> _State:
-    """The axis of all points at their reported poses, thinned: within the robot's errors."""
-    every = -(-sum(map(len, points)) // _THINNED)
-    placed = np.concatenate(
-        [p[::every] @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, reported, strict=True)]
-    )
-    axis = find_axis(placed, most_doubt=1.0)
-    T_part_world = T_part_mesh(axis.point_mm, axis.direction)
-    z = float((placed @ T_part_world[2, :3] + T_part_world[2, 3]).mean())
-    T_part_world[2, 3] -= z
+    """The axis that most views agree on, each by itself and put into the world by its reported pose."""
+    found, refused = [], []
+    for own, pose in zip(points, reported, strict=True):
+        try:
+            axis = find_axis(own[:: -(-len(own) // _THINNED)])
+        except InputError as error:
+            refused.append(error)
+            continue
+        found.append((pose[:3, :3] @ axis.point_mm + pose[:3, 3], pose[:3, :3] @ axis.direction))
+    if not found:
+        raise refused[0]
+    directions = np.array([direction for _, direction in found])
+    best = int(np.argmax(np.median(np.abs(directions @ directions.T), axis=1)))
+    point, direction = found[best]
+    T_part_world = T_part_mesh(point, sensed(direction))
+    T_part_world[2, 3] -= float(T_part_world[2, :3] @ point + T_part_world[2, 3])
     empty = Pieces(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 0), np.int16), np.zeros(2), 1.0, 1.0)
     return _State(
         poses=T_part_world @ reported,
-        T_world_part=np.linalg.inv(T_part_world),
+        T_world_part=np.asarray(np.linalg.inv(T_part_world)),
         pieces=empty,
         coefficients=np.zeros((0, 3)),
         spread=np.ones(len(points)),
@@ -192,7 +202,21 @@ def _eliminated(rows: list[Rows], inverse: Floats) -> tuple[Floats, Floats, Floa
         square[block, block], pull[block] = row.square, row.pull
     square -= np.einsum("kia,kib->ab", slopes, response, optimize=True)
     pull -= np.einsum("kia,ki->a", slopes, offset)
-    return square, pull, offset, response
+    return *_slid(square, pull), offset, response
+
+
+def _slid(square: Floats, pull: Floats) -> tuple[Floats, Floats]:
+    """The same without what it says of all views' common place along the axis: the curve may lie anywhere.
+
+    Pieces are expected to be straight, a little, and so feign to know it.
+    """
+    along = np.zeros(len(pull))
+    along[_ALONG::UNKNOWNS] = 1.0
+    drawn = square @ along
+    told = float(along @ drawn)
+    if told <= 0.0:
+        return square, pull
+    return square - np.outer(drawn, drawn) / told, pull - drawn * float(along @ pull) / told
 
 
 def _system(
@@ -242,7 +266,7 @@ def _step(
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
     whole, wanted, _ = _system(state, points, square, pull, noise, robot, use_roll=use_roll)
-    step = -np.linalg.solve(whole, wanted)
+    step: Floats = np.asarray(-np.linalg.solve(whole, wanted), dtype=float)
     views, base = step[:-BASE], step[-BASE:]
     state.coefficients = state.coefficients + offset + response @ views
     state.poses = np.stack(
@@ -283,7 +307,7 @@ def _result(
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
     whole, _, seen = _system(state, points, square, pull, noise, robot, use_roll=use_roll)
-    covariance = np.linalg.inv(whole)
+    covariance: Floats = np.asarray(np.linalg.inv(whole))
     z = [_middle(p, pose, row.z) for p, pose, row in zip(points, state.poses, rows, strict=True)]
     part = _world_axis(state, covariance, float(np.mean(z)), steps)
     poses = state.T_world_part @ state.poses
@@ -318,16 +342,16 @@ def _widened(state: _State, points: list[Floats], sigma: list[Floats], response:
         pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, _TUKEY, own)
         told = [0, 1, 3, 4, 5]  # all but the turn about the axis
         inverse = np.linalg.pinv(square[np.ix_(told, told)], hermitian=True)
-        filled = np.count_nonzero(pulls.any(axis=1))
-        lost = filled / max(filled - len(told), 1)
-        wide[number] = max(
-            1.0, lost * float(np.trace(inverse @ pulls[:, told].T @ pulls[:, told])) / len(told)
-        )
+        filled = int(np.count_nonzero(pulls.any(axis=1)))
+        lost = filled / max(filled - len(told), 1) / len(told)
+        excess = float(np.trace(inverse @ pulls[:, told].T @ pulls[:, told]))
+        wide[number] = max(1.0, lost * excess)
     return wide
 
 
 def _scaled(row: Rows, factor: float) -> Rows:
-    return Rows(*(part * factor for part in row[:-1]), row.z)
+    moments, offsets, slopes, square, pull, z = row
+    return Rows(moments * factor, offsets * factor, slopes * factor, square * factor, pull * factor, z)
 
 
 def _middle(points: Floats, pose: Floats, z: Floats) -> float:
@@ -361,4 +385,4 @@ def _roll_sigma_deg(covariance: Floats, count: int) -> Floats:
     rolls = UNKNOWNS * np.arange(count) + 2
     own = covariance[np.ix_(rolls, rolls)]
     variance = np.diag(own) + own[0, 0] - 2.0 * own[0]
-    return np.degrees(np.sqrt(np.maximum(variance, 0.0)))
+    return np.asarray(np.degrees(np.sqrt(np.maximum(variance, 0.0))))

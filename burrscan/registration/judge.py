@@ -141,8 +141,8 @@ def _apart(found: Findings) -> list[str]:
     most = int(compared[np.ix_(label != label[0], label == label[0])].max(initial=0.0))
     words = (
         f"view {', '.join(alone)} shares hardly any surface with the others ({most} points compared, "
-        f"at least {_FEWEST} are needed): take views that overlap by a third, or give rough poses that bring them "
-        "together"
+        f"at least {_FEWEST} are needed): take views that overlap by a third, or give rough poses that bring "
+        "them together"
     )
     return [words]
 

@@ -57,4 +57,4 @@ def inverses(rows: Sequence[Rows], spacing_mm: float) -> Floats:
     matrix[:, [1, 2], [1, 2]] += stiffness
     inverse = np.zeros_like(matrix)
     inverse[some] = np.linalg.inv(matrix[some])
-    return inverse
+    return np.asarray(inverse)
