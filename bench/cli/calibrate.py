@@ -19,12 +19,18 @@ own errors are not in them.
 Photometry: one FOLDER with ramps of an evenly lit white board (ramps.json). Both response curves, both
 crosstalk matrices, full well and read noise go to a sheets.json for `burrscan scan --sheets`.
 
+Hand-eye (--hand-eye): where the camera sits on a robot's flange. Each FOLDER holds pictures of one board
+that stands still, and poses.json or poses.csv: where the robot said its flange was for each. Turn the
+flange by 20 degrees and more about two axes at least, the board whole in sight; ten poses are good. The
+camera's lens is taken from --rig.
+
 All formats: burrscan/captures/README.md."""
 
 _EXAMPLES = """\
   burrscan calibrate boards/* --board 10x7 --square 20 --out rig.json
   burrscan calibrate boards/* --board 10x7 --square 20 --gray 1024x768 --out rig.json
-  burrscan calibrate ramps --out sheets.json"""
+  burrscan calibrate ramps --out sheets.json
+  burrscan calibrate arm --hand-eye --rig rig.json --board 10x7 --square 20 --out hand_eye.json"""
 
 
 def add(commands: Commands) -> None:
@@ -33,22 +39,31 @@ def add(commands: Commands) -> None:
         commands,
         "calibrate",
         main,
-        summary="calibrate camera and projector: geometry from boards, photometry from ramps",
+        summary="calibrate camera and projector (boards, ramps), or a camera on a robot (--hand-eye)",
         details=_DETAILS,
         examples=_EXAMPLES,
     )
     parser.add_argument(
-        "folders", metavar="FOLDER", type=Path, nargs="+", help="captures of a board, or ramps"
+        "folders",
+        metavar="FOLDER",
+        type=Path,
+        nargs="+",
+        help="captures of a board, ramps, or an arm's pictures",
     )
     parser.add_argument("--board", metavar="CxR", type=corners, help="inner corners, as 10x7")
     parser.add_argument("--square", metavar="MM", type=side_mm, help="side of a square")
     parser.add_argument("--gray", metavar="WxH", type=raster, help="plain Gray code; the projector's raster")
     parser.add_argument(
-        "--out", metavar="FILE", type=Path, required=True, help="the rig.json or sheets.json to write"
+        "--out", metavar="FILE", type=Path, required=True, help="the rig, sheets or hand_eye.json to write"
     )
     add_json(parser, "values and uncertainties")
     parser.add_argument(
         "--distortion", metavar="N", type=int, default=4, help="coefficients sought: 0, 2, 4 (default) or 5"
+    )
+
+    parser.add_argument("--hand-eye", action="store_true", help="find the camera on a robot's flange")
+    parser.add_argument(
+        "--rig", metavar="FILE", type=Path, help="with --hand-eye: the rig.json of the camera"
     )
 
 
@@ -56,6 +71,10 @@ def main(given: argparse.Namespace) -> int:
     """Calibrate, print, and write what was found."""
     from burrscan.captures.ramps import is_ramp_folder
 
+    if given.hand_eye:
+        from bench.cli.hand_eye import hand_eye
+
+        return hand_eye(given)
     ramps = [folder for folder in given.folders if is_ramp_folder(folder)]
     return _photometry(given) if ramps else _geometry(given)
 

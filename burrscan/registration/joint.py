@@ -3,9 +3,9 @@
 A surface of revolution does not tell how a view is turned about its axis, and a view of a third of it tells
 only so much of where the axis is: place across and radius go together. Views that share one curve help each
 other there, whatever the robot's accuracy; views aligned by their distances alone
-(:mod:`burrscan.registration.align`) hand the errors of their poses on to the axis. So everything is unknown at
-once: per view a pose, which the robot's word holds where nothing else does (Lu & Milios 1997 for poses with
-priors); the part's axis in the robot's frame; and the curve, which is eliminated in every step (variable
+(:mod:`burrscan.registration.align`) hand the errors of their poses on to the axis. So everything is unknown
+at once: per view a pose, which the robot's word holds where nothing else does (Lu & Milios 1997 for poses
+with priors); the part's axis in the robot's frame; and the curve, which is eliminated in every step (variable
 projection; Golub & Pereyra 1973, Kaufman 1975).
 """
 

@@ -18,11 +18,17 @@ def drawn_board(
     view: View = View(320, 256, 686.0, 686.0, 159.5, 127.5),  # noqa: B008 (frozen)
     tilt_deg: tuple[float, float, float] = (22.0, -17.0, 4.0),
     fine: int = 8,
+    pose: Floats | None = None,
 ) -> tuple[Image, Floats]:
-    """A tilted board as a camera sees it, (h, w) of some 900 DN, and its true corners (n, 2)."""
+    """A tilted board as a camera sees it, (h, w) of some 900 DN, and its true corners (n, 2).
+
+    It stands 600 mm away with that tilt, or at a ``pose`` (4, 4) of the board in the camera's frame.
+    """
     turn = Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
     centre = np.array([4.0, -3.0, 600.0])
     middle = board.points_mm.mean(axis=0)
+    if pose is not None:
+        turn, centre = pose[:3, :3], pose[:3, :3] @ middle + pose[:3, 3]
     height, width = view.shape
     steps = (np.arange(fine) + 0.5) / fine - 0.5
     rows, columns = ((np.arange(n)[:, None] + steps).ravel() for n in view.shape)

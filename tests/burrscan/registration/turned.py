@@ -62,6 +62,9 @@ def shot(
             np.linspace(-HALF_MM, HALF_MM, shape[1]),
             indexing="ij",
         )
+        # strictly regular rows would themselves tell where z is: they are as good as edges
+        phi = phi + rng.uniform(-0.5, 0.5, phi.shape) * np.radians(ARC_DEG) / (shape[0] - 1)
+        z = z + rng.uniform(-0.5, 0.5, z.shape) * 2.0 * HALF_MM / (shape[1] - 1)
         tangent = slope(z)
         noise = sigma_mm * rng.normal(size=phi.shape) / np.hypot(1.0, tangent)
         r = radius(z) + (bosses(phi, z) if bossed else 0.0) + noise
