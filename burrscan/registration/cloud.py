@@ -10,14 +10,16 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.errors import InputError
 from burrscan.registration.alignment import PosedSurface
-from burrscan.registration.averaged import averaged
+from burrscan.registration.averaged import Averaged, averaged
 from burrscan.registration.scale import Scale, scale_of
 
 _FEWEST = 100
 """Points: with fewer there is no surface to align six unknowns by."""
-_NEIGHBOURS = 40
-"""Of the plane whose normal a point has: enough to average noise off it, and to tell an edge that is sharper
-than the pitch from a plane."""
+_NEIGHBOURS = (40, 20, 10)
+"""Of the plane whose normal a point has. The first is enough to average noise off it, and to tell an edge
+that is sharper than the pitch from a plane; fewer where a part is so small that most of it would be an edge."""
+_LEAST_PLANE = 0.5
+"""Share of the points that must be left beside rims and edges, or fewer neighbours are tried."""
 _LOPSIDED = 0.5
 """In pitches: where the middle of the surroundings is this far off, they lie to one side, as at a rim."""
 _BENT = 0.2
@@ -117,14 +119,19 @@ def _cloud(
             "over more of the part, or a less noisy scan"
         )
     tree = cKDTree(thin.points_mm)
-    planes = [
-        _planes(thin.points_mm, thin.sigma_mm, thin.outwards, tree, slice(at, at + _CHUNK))
-        for at in range(0, len(thin.points_mm), _CHUNK)
-    ]
-    normals, middles, lean, shift, bent, reach = (np.concatenate(part) for part in zip(*planes, strict=True))
-    pitch = float(np.median(reach)) * float(np.sqrt(np.pi / min(_NEIGHBOURS, len(reach))))
+    for neighbours in _NEIGHBOURS:
+        planes = [
+            _planes(thin, tree, slice(at, at + _CHUNK), neighbours)
+            for at in range(0, len(thin.points_mm), _CHUNK)
+        ]
+        normals, middles, lean, shift, bent, reach = (
+            np.concatenate(part) for part in zip(*planes, strict=True)
+        )
+        pitch = float(np.median(reach)) * float(np.sqrt(np.pi / neighbours))
+        rim = np.asarray((shift > _LOPSIDED * pitch) | bent)
+        if np.mean(rim) < 1.0 - _LEAST_PLANE:
+            break
     chosen = np.sort(np.random.default_rng(seed).permutation(len(thin.points_mm))[:samples])
-    rim = np.asarray((shift > _LOPSIDED * pitch) | bent)
     return Cloud(
         points_mm=thin.points_mm,
         normals=normals,
@@ -150,9 +157,7 @@ def _sigma(stated_mm: Floats, scale: Scale) -> Floats:
     return np.where(known, stated_mm, middle) * max(1.0, scale.noise_mm / middle)
 
 
-def _planes(
-    points_mm: Floats, sigma_mm: Floats, outwards: Floats, tree: cKDTree, which: slice
-) -> tuple[Floats, ...]:
+def _planes(thin: Averaged, tree: cKDTree, which: slice, neighbours: int) -> tuple[Floats, ...]:
     """Normals and middles of the planes through some points' surroundings, and what makes them unsure.
 
     Noise in the normals of a surface of revolution looks like information about the turn that slides it along
@@ -160,7 +165,8 @@ def _planes(
     are normal, middle, variance of the normal's lean, how far the middle is off sideways, whether the
     surroundings are bent, and their reach.
     """
-    found = tree.query(points_mm[which], k=min(_NEIGHBOURS, len(points_mm)))
+    points_mm, sigma_mm, outwards = thin.points_mm, thin.sigma_mm, thin.outwards
+    found = tree.query(points_mm[which], k=neighbours)
     distance, near = (np.asarray(part) for part in found)
     around = points_mm[near]
     middle = around.mean(axis=1)

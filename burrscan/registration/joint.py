@@ -56,6 +56,12 @@ _SETTLED = 0.05
 """Done when the poses move by less than this share of their standard deviations."""
 _ALONG = 5
 """Which of a view's unknowns is its place along the axis."""
+_LEAST_USED = 0.5
+"""Share of a view's points on the curve: with less, most of it is another part, or not round."""
+_UNLIKE = 10.0
+"""Times the median view's residuals in stated ones: one that fits so much worse is no view of this part."""
+_UNSETTLED = 1.0
+"""Standard deviations: a last step of that size was not the last one."""
 _LEAST_SPREAD = 1e-6
 """In stated standard deviations: surfaces without noise."""
 
@@ -92,8 +98,8 @@ def joint(
     Raises
     ------
     InputError
-        For no views, views of hardly any points, poses that are no rigid motions, and points that hold no
-        axis.
+        For no views, views of hardly any points, poses that are no rigid motions, points that hold no axis,
+        views that do not share a curve with the others, and where the search does not end.
 
     Notes
     -----
@@ -120,9 +126,35 @@ def joint(
         state.coefficients = np.zeros((len(state.pieces.centre), 3))
         for _ in range(_STEPS):
             steps += 1
-            if _step(state, points, sigma, reported, prior, use_roll=use_roll) < _SETTLED:
+            moved = _step(state, points, sigma, reported, prior, use_roll=use_roll)
+            if moved < _SETTLED:
                 break
+    _refuse_foreign(state, points, sigma, moved)
     return _result(state, views, points, sigma, reported, prior, steps, use_roll=use_roll)
+
+
+def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats], moved: float) -> None:
+    """Refuse views that are not of the curve that the others share, and a search that has not ended."""
+    for number, row in enumerate(_rows(state, points, sigma, robust=True), 1):
+        share = float(np.mean(np.abs(row.z) < _TUKEY))
+        if not share > _LEAST_USED:
+            raise InputError(
+                f"view {number}: only {100.0 * share:.0f} % of its points lie on the curve that all views "
+                "share: check that it shows the same part, its reported pose, and the prior's sigma"
+            )
+    middle = np.median(state.spread)
+    for number, (spread, stated) in enumerate(zip(state.spread, sigma, strict=True), 1):
+        if not spread < _UNLIKE * max(float(middle), 1.0):
+            raise InputError(
+                f"view {number}: its points are {spread * float(np.median(stated)):.2g} mm off the curve "
+                f"that all views share, {spread:.0f} times what is stated of them: check that it shows the "
+                "same part, and its reported pose"
+            )
+    if moved > _UNSETTLED:
+        raise InputError(
+            f"the poses still move by {moved:.1g} of their standard deviations: give better reported poses, "
+            "or state the prior's sigma as it is"
+        )
 
 
 def _points(views: Sequence[PosedSurface]) -> tuple[list[Floats], list[Floats]]:

@@ -14,8 +14,8 @@ from burrscan.errors import InputError
 from burrscan.registration.alignment import Alignment, Free, Pairs
 from burrscan.robust import SIGMA_PER_MEDIAN
 
-_FEWEST = 100
-"""Points compared between two views, below which their poses hang on a strip of surface."""
+_FEWEST = 60
+"""Points compared between two views: ten for each unknown of a pose."""
 _LEFT = 0.25
 """A motion is free while the surfaces take less than three quarters off its variance, half of its sigma."""
 _NOISE_TIMES = 3.0
