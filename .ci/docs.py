@@ -22,6 +22,7 @@ PAGES = {
     "bench/detection/README.md": "methods/detection.md",
     "bench/suites/README.md": "formats/suites.md",
     "burrscan/calibration/README.md": "methods/calibration.md",
+    "burrscan/registration/README.md": "methods/registration.md",
     "burrscan/captures/README.md": "formats/captures.md",
     "burrscan/colour/README.md": "methods/colour.md",
     "scenes/README.md": "formats/scenes.md",

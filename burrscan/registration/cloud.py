@@ -17,7 +17,7 @@ _FEWEST = 100
 """Points: with fewer there is no surface to align six unknowns by."""
 _NEIGHBOURS = (40, 20, 10)
 """Of the plane whose normal a point has. The first is enough to average noise off it, and to tell an edge
-that is sharper than the pitch from a plane; fewer where a part is so small that most of it would be an edge."""
+that is sharper than the pitch from a plane; fewer where a part is so small that most of it would be one."""
 _LEAST_PLANE = 0.5
 """Share of the points that must be left beside rims and edges, or fewer neighbours are tried."""
 _LOPSIDED = 0.5

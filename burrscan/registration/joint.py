@@ -40,7 +40,7 @@ __all__ = ["Joint", "PosePrior", "joint"]
 _FEWEST = 300
 """Points of a view: with fewer a curve and a pose cannot be told apart."""
 _THINNED = 6_000
-"""Points of a view for its first axis, which need not be good."""
+"""Points of a view for its first axis and first steps, which need not be good."""
 _BLURS = (0.06, 0.02)
 """Resolutions of the curve in units of the part's rms radius: the first bears the robot's errors."""
 _BLUR_PER_SIGMA = 1.5
@@ -50,10 +50,11 @@ _TUKEY = 5.0
 fully in the covariance."""
 _EFFICIENCY = 0.961
 """Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
-_STEPS = 8
+_STEPS = 6
 """Of Gauss-Newton per resolution; five do."""
-_SETTLED = 0.05
-"""Done when the poses move by less than this share of their standard deviations."""
+_SETTLED = 0.2
+"""Done when the poses move by less than this share of their standard deviations: points that change from one
+piece, or one bin, to the next shake them by some tenths."""
 _ALONG = 5
 """Which of a view's unknowns is its place along the axis."""
 _LEAST_USED = 0.5
@@ -117,16 +118,17 @@ def joint(
     size = _rms_radius(points, reported, state.T_world_part)
     rough = prior.sigma_mm + np.radians(prior.sigma_deg) * size
     steps = 0
-    for blur in _BLURS:
-        noise = float(np.median(np.concatenate([s * k for s, k in zip(sigma, state.spread, strict=True)])))
-        resolution = max(blur * size, _BLUR_PER_SIGMA * noise)
-        if blur == _BLURS[0]:
-            state.spread = np.array([max(1.0, rough / float(np.median(s))) for s in sigma])
-        state.pieces = pieces_of(points, state.poses, resolution)
+    state.spread = np.array([max(1.0, rough / float(np.median(s))) for s in sigma])
+    for fine in (False, True):
+        every = 1 if fine else max(1, sum(map(len, points)) // (_THINNED * len(points)))
+        some, noise = [p[::every] for p in points], [s[::every] for s in sigma]
+        middle = float(np.median([k * np.median(s) for k, s in zip(state.spread, noise, strict=True)]))
+        resolution = max(_BLURS[fine] * size, _BLUR_PER_SIGMA * middle if fine else 0.0)
+        state.pieces = pieces_of(some, state.poses, resolution)
         state.coefficients = np.zeros((len(state.pieces.centre), 3))
         for _ in range(_STEPS):
             steps += 1
-            moved = _step(state, points, sigma, reported, prior, use_roll=use_roll)
+            moved = _step(state, some, noise, reported, prior, use_roll=use_roll and fine)
             if moved < _SETTLED:
                 break
     _refuse_foreign(state, points, sigma, moved)

@@ -13,6 +13,7 @@ BASE = 4
 """Unknowns of the part in the world: two tilts and two shifts of its axis. Its place along the axis and its
 turn about it are those of the views."""
 _BASE_PARTS = (0, 1, 3, 4)
+"""Of a twist, which those are."""
 
 
 def robot_rows(
