@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from bench.cli import main
 from burrscan.arrays import Floats
-from burrscan.calibration.board import Board
+from burrscan.calibration.board import Board, find_corners
 from burrscan.captures import hand_eye_folder
 from burrscan.captures.folder import write_rig
 from burrscan.captures.hand_eye_folder import hand_eye_view, read_hand_eye
@@ -130,7 +130,7 @@ def test_corners_counted_from_the_other_end_are_turned_round(
     folder, one = drawn
     picture, pose = folder / "json/0.png", one.reported[0]
     straight = hand_eye_view(picture, pose, BOARD, CAMERA)
-    find = hand_eye_folder.find_corners
+    find = find_corners
 
     def backwards(*given: object, **options: object) -> Floats:
         found = find(*given, **options)  # type: ignore[arg-type]
