@@ -12,9 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from bench.cli import main
 from burrscan.arrays import Floats
-from burrscan.calibration.board import Board
+from burrscan.calibration.board import Board, find_corners
+from burrscan.captures import hand_eye_folder
 from burrscan.captures.folder import write_rig
-from burrscan.captures.hand_eye_folder import read_hand_eye
+from burrscan.captures.hand_eye_folder import hand_eye_view, read_hand_eye
 from burrscan.captures.png import write_grey
 from burrscan.rig import Rig, View
 from tests.burrscan.arm import Arm, arm
@@ -120,3 +121,24 @@ def test_a_picture_without_a_board_is_left_out(
     assert main([*given, "--square", "16", "--out", str(out)]) == 0
     assert "left out" in capsys.readouterr().err
     assert out.exists()
+
+
+def test_corners_counted_from_the_other_end_are_turned_round(
+    drawn: tuple[Path, Arm], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A finder that starts wherever the board's upper left is in the picture."""
+    folder, one = drawn
+    picture, pose = folder / "json/0.png", one.reported[0]
+    straight = hand_eye_view(picture, pose, BOARD, CAMERA)
+    find = find_corners
+
+    def backwards(*given: object, **options: object) -> Floats:
+        found = find(*given, **options)  # type: ignore[arg-type]
+        assert found is not None
+        return found[::-1]
+
+    monkeypatch.setattr(hand_eye_folder, "find_corners", backwards)
+    turned = hand_eye_view(picture, pose, BOARD, CAMERA)
+    assert straight is not None
+    assert turned is not None
+    np.testing.assert_array_equal(straight.corners_px, turned.corners_px)

@@ -189,6 +189,7 @@ def test_bosses_tell_of_the_turn_and_a_round_part_does_not(
     bossed = found[8]
     assert all(f.roll_seen.all() for _, f in bossed)
     assert np.abs(rolls_deg(bossed)).max() < 4.0
+    assert np.sqrt(np.mean(rolls_deg(bossed) ** 2)) < 1.2
     plain = [
         (one, joint(one.views))
         for one in (shot(turns(4), seed, shape=SHAPE, bossed=False) for seed in range(4))
