@@ -50,7 +50,7 @@ _TUKEY = 5.0
 fully in the covariance."""
 _EFFICIENCY = 0.961
 """Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
-_STEPS = 6
+_STEPS = 16
 """Of Gauss-Newton per resolution; five do."""
 _SETTLED = 0.2
 """Done when the poses move by less than this share of their standard deviations: points that change from one
@@ -61,6 +61,8 @@ _LEAST_USED = 0.5
 """Share of a view's points on the curve: with less, most of it is another part, or not round."""
 _UNLIKE = 10.0
 """Times the median view's residuals in stated ones: one that fits so much worse is no view of this part."""
+_MOVES = 0.2
+"""Motion in a step, in noise deviations of a point, above which the search has not ended."""
 _UNSETTLED = 1.0
 """Standard deviations: a last step of that size was not the last one."""
 _LEAST_SPREAD = 1e-6
@@ -128,15 +130,23 @@ def joint(
         state.coefficients = np.zeros((len(state.pieces.centre), 3))
         for _ in range(_STEPS):
             steps += 1
-            moved = _step(state, some, noise, reported, prior, use_roll=use_roll and fine)
+            moved, moved_mm = _step(state, some, noise, reported, prior, size, use_roll=use_roll and fine)
             if moved < _SETTLED:
                 break
-    _refuse_foreign(state, points, sigma, moved)
+    _refuse_foreign(state, points, sigma)
+    if moved > _UNSETTLED:
+        if moved_mm > _MOVES * middle:
+            raise InputError(
+                f"the poses still move by {moved_mm:.2g} mm a step: give better reported poses, or state the "
+                "prior's sigma as it is"
+            )
+        # many points make the stated deviations smaller than the last steps, which are far below the noise
+        state.spread = state.spread * moved
     return _result(state, views, points, sigma, reported, prior, steps, use_roll=use_roll)
 
 
-def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats], moved: float) -> None:
-    """Refuse views that are not of the curve that the others share, and a search that has not ended."""
+def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) -> None:
+    """Refuse views that are not of the curve that the others share."""
     for number, row in enumerate(_rows(state, points, sigma, robust=True), 1):
         share = float(np.mean(np.abs(row.z) < _TUKEY))
         if not share > _LEAST_USED:
@@ -152,11 +162,6 @@ def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats], mo
                 f"that all views share, {spread:.0f} times what is stated of them: check that it shows the "
                 "same part, and its reported pose"
             )
-    if moved > _UNSETTLED:
-        raise InputError(
-            f"the poses still move by {moved:.1g} of their standard deviations: give better reported poses, "
-            "or state the prior's sigma as it is"
-        )
 
 
 def _points(views: Sequence[PosedSurface]) -> tuple[list[Floats], list[Floats]]:
@@ -290,10 +295,15 @@ def _step(
     sigma: list[Floats],
     reported: Floats,
     prior: PosePrior,
+    size_mm: float,
     *,
     use_roll: bool,
-) -> float:
-    """One Gauss-Newton step, in place; its length in standard deviations per unknown."""
+) -> tuple[float, float]:
+    """One Gauss-Newton step, in place: its length in standard deviations per unknown, and in mm.
+
+    The length in mm is that of the largest motion across the axis at ``size_mm`` from the middle: along and
+    about the axis a round part slides.
+    """
     rows = _rows(state, points, sigma, robust=True)
     inverse = inverses(rows, state.pieces.spacing)
     square, pull, offset, response = _eliminated(rows, inverse)
@@ -311,7 +321,9 @@ def _step(
     )
     state.T_world_part = state.T_world_part @ exponential(base_motion(base))
     state.spread = np.array([_spread(row.z, k) for row, k in zip(rows, state.spread, strict=True)])
-    return float(np.sqrt(step @ whole @ step / len(step)))
+    twists = views.reshape(-1, UNKNOWNS)
+    across = np.abs(np.concatenate([twists[:, :2] * size_mm, twists[:, 3:5]], axis=1)).max()
+    return float(np.sqrt(step @ whole @ step / len(step))), float(across)
 
 
 def _spread(z: Floats, spread: float) -> float:
