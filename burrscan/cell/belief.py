@@ -45,11 +45,14 @@ class Belief:
         groove that mirrors itself answers from nowhere.
     suspicion
         (S, AROUND) weight of places where something was found that is not yet sure.
+    unfaced
+        (S, AROUND) weight of places where something is known that was seen obliquely only.
 
     """
 
     left: Floats
     suspicion: Floats
+    unfaced: Floats
     rows: Floats
     measured: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[0]))
     missed: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[1]))
@@ -99,7 +102,9 @@ class Belief:
 
 def belief_of(chart: Chart, looks: Sequence[tuple[Outlook, Floats]]) -> Belief:
     """The belief after some looks: outlooks of the whole chart and densities, (S, AROUND) each."""
-    belief = Belief(np.ones(chart.shape), np.zeros(chart.shape), np.ones(chart.shape[0]))
+    belief = Belief(
+        np.ones(chart.shape), np.zeros(chart.shape), np.zeros(chart.shape), np.ones(chart.shape[0])
+    )
     belief.learn(looks)
     for _, density in looks:
         belief.left *= 1.0 - SURE * np.clip(density, 0.0, 1.0)

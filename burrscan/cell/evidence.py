@@ -22,10 +22,10 @@ _LITTLE = 0.3
 """A look that would have found a burr there with less probability says nothing by its silence."""
 _SIDE_RIGHT = 0.97
 """Share of calls in one look whose side is right (``standard``: 71 of 72)."""
-_OBLIQUE_DEG = 45.0
+OBLIQUE_DEG = 45.0
 """Seen under more than this, a burr hides what is behind it by more than its own height: heights of such
 looks were off by up to 4 mm, those of others by 0.2 (docs/cell.md)."""
-_UNFACED = 0.25
+UNFACED = 0.1
 """Worth, in burrs, of facing one that is known and was seen obliquely only: its size, and often its side."""
 _CERTAIN = 0.5
 """A burr is called from this probability on."""
@@ -86,14 +86,18 @@ class Place:
     @property
     def faced(self) -> bool:
         """Whether a look that called it saw it from a direction that tells sizes and sides."""
-        return min(call.slope_deg for call in self.calls) <= _OBLIQUE_DEG
+        return min(call.slope_deg for call in self.calls) <= OBLIQUE_DEG
 
     @property
     def suspicion(self) -> float:
-        """What another look is worth, in burrs; 0 where the place is settled."""
+        """What another look at its flanks is worth, in burrs; 0 where the place is settled."""
         low, high = _SUSPICIOUS
-        doubt = self.probability * (1.0 - self.probability) if low < self.probability < high else 0.0
-        return doubt if self.faced else doubt + _UNFACED * self.probability
+        return self.probability * (1.0 - self.probability) if low < self.probability < high else 0.0
+
+    @property
+    def unfaced(self) -> float:
+        """What a look that faces it is worth, in burrs; 0 where there was one."""
+        return 0.0 if self.faced else UNFACED * self.probability
 
 
 def joined(
@@ -223,7 +227,7 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
 
 def _facing(calls: list[Call]) -> list[Call]:
     """The calls whose looks tell sizes; where none does, the least oblique one."""
-    faced = [call for call in calls if call.slope_deg <= _OBLIQUE_DEG]
+    faced = [call for call in calls if call.slope_deg <= OBLIQUE_DEG]
     return faced or [min(calls, key=lambda call: call.slope_deg)]
 
 

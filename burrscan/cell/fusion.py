@@ -114,3 +114,4 @@ def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats) -
     along, around = chart.cells_of(at[None], within_mm=10.0)
     if along[0] >= 0:
         belief.suspicion[along[0], around[0]] += place.suspicion
+        belief.unfaced[along[0], around[0]] += place.unfaced

@@ -115,7 +115,8 @@ def look_around(
         )
         progress = _progress(looks, after, arms, choices, burrs)
         yield progress
-        if plan.__name__ not in _TO_THE_END and progress.left < enough and not after.belief.suspicion.any():
+        settled = not (after.belief.suspicion.any() or after.belief.unfaced.any())
+        if plan.__name__ not in _TO_THE_END and progress.left < enough and settled:
             return
     if after is None:
         raise InputError(

@@ -61,6 +61,8 @@ _LEAST_USED = 0.5
 """Share of a view's points on the curve: with less, most of it is another part, or not round."""
 _UNLIKE = 10.0
 """Times the median view's residuals in stated ones: one that fits so much worse is no view of this part."""
+_LOST = 8.0
+"""Standard deviations of the robot's word; its errors are not normal, so few would refuse good views."""
 _MOVES = 0.2
 """Motion in a step, in noise deviations of a point, above which the search has not ended."""
 _UNSETTLED = 1.0
@@ -134,6 +136,7 @@ def joint(
             if moved < _SETTLED:
                 break
     _refuse_foreign(state, points, sigma)
+    _refuse_lost(state, points, reported, prior)
     if moved > _UNSETTLED:
         if moved_mm > _MOVES * middle:
             raise InputError(
@@ -161,6 +164,19 @@ def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) ->
                 f"view {number}: its points are {spread * float(np.median(stated)):.2g} mm off the curve "
                 f"that all views share, {spread:.0f} times what is stated of them: check that it shows the "
                 "same part, and its reported pose"
+            )
+
+
+def _refuse_lost(state: _State, points: list[Floats], reported: Floats, prior: PosePrior) -> None:
+    """Refuse views that came to lie far from where the robot said, as far as it is said to be accurate."""
+    for number, (own, pose, said) in enumerate(zip(points, state.poses, reported, strict=True), 1):
+        middle = np.append(own.mean(axis=0), 1.0)
+        away = float(np.linalg.norm((state.T_world_part @ pose @ middle - said @ middle)[:3]))
+        lever = np.radians(prior.sigma_deg) * float(np.linalg.norm(middle[:3]))
+        if away > _LOST * np.sqrt(3.0) * float(np.hypot(prior.sigma_mm, lever)):
+            raise InputError(
+                f"view {number}: it fits {away:.1f} mm from its reported pose, which is stated to "
+                f"{prior.sigma_mm:g} mm and {prior.sigma_deg:g} deg: check that pose, or the prior's sigma"
             )
 
 

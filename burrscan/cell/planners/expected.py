@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 from burrscan.cell.belief import SURE, Belief, shifted
 from burrscan.cell.choices import Arm, stand_of
+from burrscan.cell.evidence import OBLIQUE_DEG
 from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import seconds
 from burrscan.cell.station import turned
@@ -21,7 +22,8 @@ def expected(known: Known) -> list[int]:
     What a look is worth is the number of burrs that it would show for the first time: over cells, how many
     there may be times what is left times the probability that the cell is in sight, answers (learnt by the
     tilt of its normal from the looks so far), and is found. A suspicious place counts in the same currency,
-    where one of its flanks is in sight and answers. O(choices × cells).
+    where a look faces it and one of its flanks answers; so does a burr that was seen obliquely only.
+    O(choices × cells).
     """
     if known.belief is None or known.chart is None:
         return list(range(len(known.choices)))
@@ -29,11 +31,13 @@ def expected(known: Known) -> list[int]:
     area = known.burrs * chart.area_mm2[:, None] / float(chart.area_mm2.sum() * chart.shape[1])
     worth = [area * _finds(arm, belief) for arm in known.arms]
     proof = [_shows_flank(arm, belief) for arm in known.arms]
+    faces = [_faces(arm, belief) for arm in known.arms]
     now = _poses(known, known.taken[-1])
     value = np.empty(len(known.choices))
     for number, choice in enumerate(known.choices):
         gain = (shifted(worth[choice.arm], -choice.cells) * belief.left).sum()
         gain += (shifted(proof[choice.arm], -choice.cells) * belief.suspicion).sum()
+        gain += (shifted(faces[choice.arm], -choice.cells) * belief.unfaced).sum()
         value[number] = gain / (LOOK_S + _seconds(known, now, _poses(known, number)))
     value[list(known.taken)] = -np.inf
     return [int(number) for number in np.argsort(-value, kind="stable")]
@@ -45,9 +49,19 @@ def _finds(arm: Arm, belief: Belief) -> Floats:
 
 
 def _shows_flank(arm: Arm, belief: Belief) -> Floats:
-    """(S, around) probability that a flank of what stands in a cell answers."""
+    """(S, around) probability that a flank of what stands in a cell, seen from in front, answers."""
     dark = [np.where(flank.seen, 1.0 - belief.answer(flank.tilt_deg), 1.0) for flank in arm.flanks]
-    return np.where(arm.surface.seen, 1.0 - dark[0] * dark[1], 0.0)
+    return np.where(_faced(arm), 1.0 - dark[0] * dark[1], 0.0)
+
+
+def _faces(arm: Arm, belief: Belief) -> Floats:
+    """(S, around) probability that a look measures a cell from in front."""
+    return np.where(_faced(arm), _finds(arm, belief), 0.0)
+
+
+def _faced(arm: Arm) -> Bools:
+    """(S, around) whether a look has a cell in sight and less oblique than its sizes need."""
+    return np.asarray(arm.surface.seen & (arm.surface.slope_deg <= OBLIQUE_DEG))
 
 
 def _poses(known: Known, number: int) -> tuple[Floats, Floats]:

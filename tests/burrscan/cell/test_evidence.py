@@ -87,4 +87,5 @@ def test_oblique_looks_do_not_tell_sizes_or_sides() -> None:
     assert place.burr.side == "protrusion"
     assert place.burr.height_mm.value == pytest.approx(1.0)
     (unfaced,) = _joined([_call(0, oblique.burr, slope_deg=64.0)], SURE)
-    assert unfaced.suspicion > 0.2  # it is to be looked at from in front
+    assert unfaced.unfaced > 0.05  # it is to be looked at from in front
+    assert place.unfaced == 0.0
