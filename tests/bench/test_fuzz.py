@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import bench.checks.fuzz.trial as fuzz
-from bench.checks.fuzz.sound import write_sound
+from bench.checks.fuzz.sound import TRUTH, write_sound
 from bench.checks.fuzz.trial import TARGETS, trial
 
 _TRIALS = 2 * len(TARGETS)
@@ -48,7 +48,7 @@ def test_an_axis_that_is_off_and_stated_as_certain_is_a_wrong_answer(
     sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], kind: str
 ) -> None:
     number = next(k for k, target in enumerate(TARGETS) if target.command[0] == "detect")
-    true = json.loads((sound / fuzz.TRUTH).read_text("utf-8"))
+    true = json.loads((sound / TRUTH).read_text("utf-8"))
     axis = {"direction": true, "point_mm": [0.0] * 3, "sigma_deg": 0.01, "undetermined": [], **change}
 
     def answers(_: tuple[str, ...]) -> tuple[int, str, str]:

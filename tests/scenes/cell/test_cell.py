@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from burrscan.arrays import Ints32
+from burrscan.arrays import Floats, Ints32
 from burrscan.cell.choices import arm_poses
 from burrscan.cell.positioner import OutOfReachError, PositionerSheet
 from burrscan.cell.station import Stand, go, turned
@@ -136,7 +136,7 @@ def test_what_was_cut_away_is_the_burr() -> None:
     assert milled_ - bare == pytest.approx(0.0, abs=0.05)
 
 
-def _poses(depth_mm: float) -> np.ndarray:  # type: ignore[type-arg]
+def _poses(depth_mm: float) -> Floats:
     cut = _over(depth_mm)
     poses = np.tile(np.eye(4), (len(cut.tips_mm), 1, 1))
     for pose, tip, axis in zip(poses, cut.tips_mm, cut.axes, strict=True):
