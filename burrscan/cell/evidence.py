@@ -80,8 +80,8 @@ class Place:
 
     @property
     def certain(self) -> bool:
-        """Whether it is called."""
-        return self.probability >= _CERTAIN
+        """Whether it is called: not on the word of one oblique look alone, whatever its odds."""
+        return self.probability >= _CERTAIN and (self.faced or len(self.calls) > 1)
 
     @property
     def faced(self) -> bool:

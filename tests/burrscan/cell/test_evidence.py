@@ -88,4 +88,8 @@ def test_oblique_looks_do_not_tell_sizes_or_sides() -> None:
     assert place.burr.height_mm.value == pytest.approx(1.0)
     (unfaced,) = _joined([_call(0, oblique.burr, slope_deg=64.0)], SURE)
     assert unfaced.unfaced > 0.05  # it is to be looked at from in front
+    assert unfaced.probability > 0.9
+    assert not unfaced.certain
+    (twice,) = _joined([_call(n, burr(), slope_deg=60.0) for n in range(2)], SURE, SURE)
+    assert twice.certain
     assert place.unfaced == 0.0
