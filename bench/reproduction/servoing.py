@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from bench.reproduction.lab import DEFAULT, SEED, Lab
 from bench.reproduction.parts import Claim, Numbers, Section, Table
 from bench.reproduction.scenery import paper_scene
 from burrscan.arrays import Floats
-from burrscan.cell.servo import HEIGHTS_MM, servo, tool_poses
-from burrscan.cell.station import turned
+from burrscan.cell.positioner import OutOfReachError
+from burrscan.cell.servo import HEIGHTS_MM, facing_turn, servo, tool_poses
+from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
+from burrscan.errors import InputError
 from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Pipeline
 from scenes.cell.spec import CellSpec
@@ -23,7 +27,9 @@ SCENE = "catalogue"
 DRAWS, SEED_DRAWS = 20, 5
 """Of the robot's errors, the part's place and how it is moved."""
 TOLERANCE_MM = 0.05
+"""Within which mill and burr shall agree: the servo's default."""
 _BY_DEFAULT, _BY_SEED = 0, 1
+"""Kinds of rows."""
 _MOST = 0.9
 """Share of runs that must converge for the claim to stand."""
 
@@ -39,14 +45,16 @@ def measure(lab: Lab) -> Numbers:
 def draw(n: Numbers) -> Section:
     """Two lines of a table, and what they say."""
     ours, theirs = (n["rows"][n["rows"][:, 0] == kind][:, 1:] for kind in (_BY_DEFAULT, _BY_SEED))
-    good = bool(ours[:, 1].mean() >= _MOST and np.median(_after(ours)) <= 2.0 * TOLERANCE_MM)
+    after = _after(ours)
+    good = bool(ours[:, 1].mean() >= _MOST and np.median(after) <= 2.0 * TOLERANCE_MM)
+    reached = f"to {np.median(after):.3f} mm in truth" if len(after) else "to nowhere"
     return Section(
         title="Future work: visual servoing to the burr",
         reports="Visual servoing of a robotic arm based on this detection is work in progress: the arm shall "
         "operate a tool that removes the burr.",
         measured="A simulated arm brings a mill over the burr by looking again from near by (burrscan.cell). "
         f"Without a look it is {np.median(ours[:, 2]):.1f} mm off; {_share(ours)} of {len(ours)} runs "
-        f"converge, in {np.median(ours[:, 0]):.0f} looks, to {np.median(_after(ours)):.3f} mm in truth. With "
+        f"converge, in {np.median(ours[:, 0]):.0f} looks, {reached}. With "
         f"the paper's own scan, axis and generatrix {_share(theirs)} of {len(theirs)} do.",
         claims=(
             Claim(
@@ -108,13 +116,22 @@ def _run(lab: Lab, pipeline: Pipeline, draw_: int) -> list[float]:
     target = _found(cell.wheel.burrs[0], base_pose(cell.wheel, 0))
     where = cell.T_plate_part @ target.T_mesh_burr
     cell.disturb()
-    blind = np.asarray(station.table.move(turned(station.T_base_plate, 0.0)) @ where)
-    station.arm.move(next(tool_poses(station, lift(blind, 60.0)))[1])
+    blind = np.asarray(station.table.move(turned(station.T_base_plate, facing_turn(station, where))) @ where)
+    _stand(station, lift(blind, 60.0))
     before = _off(cell, 60.0)
     reached = servo(station, target, where, tolerance_mm=TOLERANCE_MM, pipeline=pipeline)
     seen = sum(glance.T_tool_burr is not None for glance in reached.glances)
     after = _off(cell, HEIGHTS_MM[max(min(seen, len(HEIGHTS_MM)) - 1, 0)])
     return [float(len(reached.glances)), float(reached.converged), before, after]
+
+
+def _stand(station: Station, T_base_tool: Floats) -> None:
+    """Put the mill there, at the first turn about itself that touches nothing."""
+    for _, flange in tool_poses(station, T_base_tool):
+        with suppress(OutOfReachError):
+            station.arm.move(flange)
+            return
+    raise InputError("the mill can stand over the burr in no pose: move the arm or the table")
 
 
 def _off(cell: SimulatedCell, height_mm: float) -> float:

@@ -132,7 +132,7 @@ def servo(
         When no pose is left in which the mill could stand there.
 
     """
-    turn = _facing_turn(station, T_plate_burr)
+    turn = facing_turn(station, T_plate_burr)
     plate = station.table.move(turned(station.T_base_plate, turn))
     expected = plate @ T_plate_burr
     glances: list[Glance] = []
@@ -163,7 +163,7 @@ def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
     return f"{len(glances)} looks leave {last.off:.3f} mm, more than {tolerance_mm:g}"
 
 
-def _facing_turn(station: Station, T_plate_burr: Floats) -> float:
+def facing_turn(station: Station, T_plate_burr: Floats) -> float:
     """The turn of the table that brings the burr to the arm's side, degrees."""
     from_arm = -station.T_base_plate[:3, 3] @ station.T_base_plate[:3, :2]
     arm = np.degrees(np.arctan2(from_arm[1], from_arm[0]))

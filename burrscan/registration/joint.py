@@ -23,7 +23,7 @@ from burrscan.axis.basis import T_part_mesh, sensed
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.errors import InputError
 from burrscan.generatrix.curve import fit_generatrix
-from burrscan.inspection import Axis
+from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import rigid
 from burrscan.registration.alignment import PosedSurface
 from burrscan.registration.joined.curve import curve_at, inverses, pieces_of
@@ -383,15 +383,26 @@ def _result(
             axis_at(np.linalg.inv(pose), _block(covariance, n), middle, evaluations=steps)
             for n, (pose, middle) in enumerate(zip(state.poses, z, strict=True))
         ),
-        generatrix=fit_generatrix(
-            np.concatenate(placed), np.zeros((0, 3), np.int32), part, sigma_mm=np.concatenate(sigma)
-        ),
+        generatrix=_common_curve(placed, part, sigma),
         noise_mm=noise,
         used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
         roll_sigma_deg=_roll_sigma_deg(covariance, count),
         roll_seen=seen > 0.0,
         iterations=steps,
     )
+
+
+def _common_curve(placed: list[Floats], axis: Axis, sigma: list[Floats]) -> Generatrix:
+    """The curve of all views' points."""
+    try:
+        return fit_generatrix(
+            np.concatenate(placed), np.zeros((0, 3), np.int32), axis, sigma_mm=np.concatenate(sigma)
+        )
+    except InputError as error:
+        raise InputError(
+            "the views' points gather along no common curve: check that all show the same part, each view's "
+            "reported pose, and the prior's sigma"
+        ) from error
 
 
 def _widened(state: _State, points: list[Floats], sigma: list[Floats], response: Floats) -> Floats:

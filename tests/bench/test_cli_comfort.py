@@ -120,4 +120,5 @@ def test_the_help_states_the_time_that_the_docs_state(capsys: pytest.CaptureFixt
     (told,) = re.findall(r"about (\d+)\s+minutes", capsys.readouterr().out)
     page = (Path(__file__).parents[2] / "reports" / "README.md").read_text("utf-8")
     (measured,) = re.findall(r"([\d.]+) minutes of processor time", page)
-    assert int(told) == round(float(measured))
+    # the page has grown since it was measured in one go, which reports/README.md says
+    assert round(float(measured)) <= int(told) <= 1.4 * float(measured)

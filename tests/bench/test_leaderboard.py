@@ -50,7 +50,10 @@ def run_in(folder: Path, *, burrs: int = 60) -> Run:
                     failure=Failure("scan", "no light", "") if failed else None,
                 )
             )
-    cases = [{"id": f"case={number}"} for number in range(burrs)]
+    cases = [
+        {"id": f"case={number}", "parameters": {"case": number, "seed": 0}, "scene_hash": "", "identity": ""}
+        for number in range(burrs)
+    ]
     folder.mkdir(exist_ok=True)
     asked = describe_run(SUITE, [], seed=0, metrics={})
     write_manifest(RunDirectory(folder), {**asked, "cases": cases, "sessions": []})

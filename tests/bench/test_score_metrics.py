@@ -23,6 +23,10 @@ PERFECT = {
     "axis_off": 0.0, "axis_held": 1.0, "axis_bound_deg": math.nan, "blemish_calls": math.nan,
     "calls_stain": math.nan, "calls_bright_spot": math.nan, "calls_scratch": math.nan,
     "calls_chatter": math.nan,
+    # what a cell does besides is no part of a scan
+    "looks": math.nan, "part_coverage": math.nan, "burr_left": math.nan, "found_by_look": math.nan,
+    "axis_gain": math.nan, "servo_converged": math.nan, "servo_looks": math.nan, "servo_mm": math.nan,
+    "residual_mm": math.nan, "gouge_mm": math.nan, "verified_mm": math.nan,
 }  # fmt: skip
 COLUMN_METRICS = {"u_rms_px", "bound_ratio", "bound_ratio_second", "pull_spread"}
 HIT = found_burr(90.0, (-10.0, 10.0))

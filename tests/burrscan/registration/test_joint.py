@@ -266,5 +266,5 @@ def test_a_view_of_another_part_or_from_elsewhere_is_refused() -> None:
     with pytest.raises(InputError, match=r"view 3: .* same part"):
         joint([*given.views[:2], replace(given.views[2], vertices_mm=other), given.views[3]])
     lost = given.views[1].T_world_camera @ motion(np.array([0.0, 9.0, 0.0]), np.array([30.0, 0.0, 0.0]))
-    with pytest.raises(InputError, match=r"view 2: .* reported pose"):
+    with pytest.raises(InputError, match=r"reported pose"):
         joint([given.views[0], replace(given.views[1], T_world_camera=lost), *given.views[2:]])
