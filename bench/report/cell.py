@@ -155,7 +155,8 @@ def _removed(case: str, story: Mapping[str, Any], stem: Path) -> list[Removed]:
 
 def _shot(stem: Path, name: str) -> str:
     """A picture as the page holds it; empty where there is none."""
-    image = cv2.imread(str(stem.with_name(f"{stem.name}.{name}.png")), cv2.IMREAD_GRAYSCALE)
+    file = stem.with_name(f"{stem.name}.{name}.png")
+    image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) if file.is_file() else None
     return "" if image is None else pictures.photo(np.asarray(image, np.uint8))
 
 
