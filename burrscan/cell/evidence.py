@@ -26,7 +26,7 @@ OBLIQUE_DEG = 45.0
 """Seen under more than this, a burr hides what is behind it by more than its own height: heights of such
 looks were off by up to 4 mm, those of others by 0.2 (docs/cell.md)."""
 UNFACED = 0.1
-"""Worth, in burrs, of facing one that is known and was seen obliquely only: its size, and often its side."""
+"""Worth, in burrs, of facing one that is called and was seen obliquely only: its size, and often its side."""
 _CERTAIN = 0.5
 """A burr is called from this probability on."""
 _SUSPICIOUS = (0.02, 0.95)
@@ -96,8 +96,13 @@ class Place:
 
     @property
     def unfaced(self) -> float:
-        """What a look that faces it is worth, in burrs; 0 where there was one."""
-        return 0.0 if self.faced else UNFACED * self.probability
+        """What a look that faces it is worth, in burrs; 0 where there was one.
+
+        Of a place that is not called yet it is the burr itself, else its size.
+        """
+        if self.faced:
+            return 0.0
+        return self.probability * (UNFACED if self.certain else 1.0)
 
 
 def joined(
