@@ -12,8 +12,9 @@ from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import seconds
 from burrscan.cell.station import turned
 
-LOOK_S = 4.0
-"""Of a look itself: 60 frames at about 15 a second."""
+LOOK_S = 12.0
+"""Of a look itself: 60 frames at about 15 a second, and as long again, twice, to make a surface of them and
+inspect it (docs/speed.md); beside that a turn of the table costs little."""
 
 
 def expected(known: Known) -> list[int]:
