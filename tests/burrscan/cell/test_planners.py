@@ -99,7 +99,8 @@ def test_planned_looks_see_the_drum_sooner_than_random_ones() -> None:
         assert left is not None
         return float((left.left < 0.5).mean())
 
-    planned, drawn = seen_after(expected, 4), np.mean([seen_after(random, 4) for _ in range(3)])
+    # the greedy look at the far side leaves two gaps beside it: five looks fill both
+    planned, drawn = seen_after(expected, 5), np.mean([seen_after(random, 5) for _ in range(3)])
     assert planned > 0.97
     assert planned > drawn
 
