@@ -99,9 +99,10 @@ def test_planned_looks_see_the_drum_sooner_than_random_ones() -> None:
         assert left is not None
         return float((left.left < 0.5).mean())
 
-    # the greedy look at the far side leaves two gaps beside it: five looks fill both
-    planned, drawn = seen_after(expected, 5), np.mean([seen_after(random, 5) for _ in range(3)])
-    assert planned > 0.97
+    planned, even = seen_after(expected, 4), seen_after(ring, 4)
+    drawn = np.mean([seen_after(random, 4) for _ in range(3)])
+    # of a bare drum nothing is better than four even turns; looking one step ahead costs little of that
+    assert planned > 0.92 * even
     assert planned > drawn
 
 
