@@ -1,8 +1,10 @@
-"""Poses from documents: rigid motions and nothing else."""
+"""Poses: rigid motions from documents and from twists, and points moved by them."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
@@ -35,3 +37,23 @@ def rigid(pose: Floats, *, what: str) -> Floats:
     else:
         return pose
     raise InputError(f"{what}: {reason}; a pose is a rotation and a translation in mm")
+
+
+def placed(T_target_source: NDArray[np.floating], points_mm: Floats) -> Floats:
+    """Points (..., 3) taken from the source frame to the target frame by a (4, 4) pose."""
+    moved: Floats = points_mm @ T_target_source[:3, :3].T + T_target_source[:3, 3]
+    return moved
+
+
+def exponential(twist: Floats) -> Floats:
+    """(4, 4) the rotation by a twist's (6,) rotation vector (rad) about the origin, then its translation."""
+    motion = np.eye(4)
+    motion[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
+    motion[:3, 3] = twist[3:]
+    return motion
+
+
+def cross_matrix(vector: Floats) -> Floats:
+    """(3, 3) of the product vector × …."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.score.places import transform
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh as T_part_mesh_of
 from burrscan.axis.basis import origin_mm, sensed
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.pipeline import Pipeline, Stage
+from burrscan.pose import placed
 from scenes.wheel import TrueBurr
 
 _SURE = 1e-6
@@ -76,7 +76,7 @@ def true_generatrix(T_part_mesh: Floats, generatrix_zr_mm: Floats, axis: Axis) -
     """The outline, its z in the frame that ``axis`` states; turned round where the axis points backwards."""
     outline = np.asarray(generatrix_zr_mm, float)
     sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
-    start = float(transform(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
+    start = float(placed(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
     z, r = sense * (outline[:, 0] - start), outline[:, 1]
     if sense < 0.0:
         z, r = z[::-1], r[::-1]
@@ -89,7 +89,7 @@ def true_burrs(T_part_mesh: Floats, burrs: tuple[TrueBurr, ...], axis: Axis) -> 
 
 
 def _burr(T_part_mesh: Floats, burr: TrueBurr, axis: Axis) -> Burr:
-    start = float(transform(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
+    start = float(placed(T_part_mesh, origin_mm(axis.point_mm, axis.direction))[2])
     sense = float(np.sign(T_part_mesh[2, :3] @ axis.direction))
     ends = sorted(sense * (z - start) for z in (burr.z_start_mm, burr.z_end_mm))
     angle = np.radians(burr.angle_deg)

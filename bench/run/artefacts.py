@@ -56,10 +56,11 @@ from bench.run.decimate import decimated_mesh
 from bench.score.evidence import Evidence
 from bench.score.matching import Place
 from bench.score.part import MeshEvidence, MeshTruth, PartEvidence
-from bench.score.places import transform, true_place
+from bench.score.places import true_place
 from bench.score.unrolled import UnrolledGrid, grid_of, seen, unrolled_grid
 from burrscan.arrays import Floats, Image, Ints32
 from burrscan.files import written_whole
+from burrscan.pose import placed
 from scenes.truth import Truth
 from scenes.wheel import TrueBurr, deviation_mm
 
@@ -79,7 +80,7 @@ def save_truth(folder: Path, truth: Truth) -> None:
 
 def save_mesh_truth(folder: Path, truth: MeshTruth, vertices_mm: Floats) -> None:
     """Write ``truth.npz`` of a mesh that nobody scanned; its map is of the vertices, noise and all."""
-    points = transform(truth.T_part_mesh, vertices_mm)
+    points = placed(truth.T_part_mesh, vertices_mm)
     _save(folder / "truth.npz", **_true_maps(grid_of(points), points, truth.generatrix_zr_mm, truth.burrs))
 
 
@@ -87,7 +88,7 @@ def save_mesh_variant(
     folder: Path, variant: str, evidence: MeshEvidence, vertices_mm: Floats, faces: Ints32
 ) -> None:
     """Write ``<variant>.npz`` of a mesh that nobody scanned."""
-    points = transform(evidence.T_part_mesh, vertices_mm)
+    points = placed(evidence.T_part_mesh, vertices_mm)
     maps = _found_maps(grid_of(points), points, evidence)
     _save(folder / f"{variant}.npz", **maps, **_mesh(points, faces, evidence))
 
@@ -96,7 +97,7 @@ def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: 
     """Write ``<variant>.npz``."""
     scan = evidence.outcome.scan
     surface, pose = evidence.outcome.surface, evidence.T_part_mesh
-    vertices = transform(pose, surface.vertices_mm)
+    vertices = placed(pose, surface.vertices_mm)
     masks = {} if scan.intensity is None else {"intensity": np.round(scan.intensity * 255).astype(np.uint8)}
     _save(
         folder / f"{variant}.npz",
@@ -105,7 +106,7 @@ def save_variant(folder: Path, variant: str, evidence: Evidence, saturation_dn: 
         image=_preview(scan.image, saturation_dn),
         pixels=_thinned(_pixel_codes(evidence)),
         depth_error_mm=_thinned(evidence.depth_error_mm).astype(np.float16),
-        camera_mm=transform(pose, np.zeros((1, 3)))[0].astype(np.float32),
+        camera_mm=placed(pose, np.zeros((1, 3)))[0].astype(np.float32),
         **_found_maps(unrolled_grid(evidence.truth), vertices, evidence),
         **_mesh(vertices, surface.faces, evidence),
         **masks,

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.score.matching import Place
 from burrscan.arrays import Floats
 from burrscan.inspection import Burr
+from burrscan.pose import placed
 from scenes.wheel import TrueBurr
-
-
-def transform(T_target_source: NDArray[np.floating], points_mm: Floats) -> Floats:
-    """Points (..., 3) taken from the source frame to the target frame."""
-    moved: Floats = points_mm @ T_target_source[:3, :3].T + T_target_source[:3, 3]
-    return moved
 
 
 def along_axis_mm(T_part_found: Floats, z_found_mm: Floats) -> Floats:
     """Positions along the true axis of positions along the axis found, any shape."""
     on_axis = np.stack([np.zeros_like(z_found_mm), np.zeros_like(z_found_mm), z_found_mm], axis=-1)
-    return transform(T_part_found, on_axis)[..., 2]
+    return placed(T_part_found, on_axis)[..., 2]
 
 
 def true_place(burr: TrueBurr) -> Place:
@@ -43,7 +37,7 @@ def found_place(burr: Burr, *, T_part_camera: Floats, T_part_found: Floats) -> P
     """
     ends = along_axis_mm(T_part_found, np.array([burr.z_start_mm.value, burr.z_end_mm.value]))
     if np.isfinite(burr.T_mesh_burr).all():
-        x, y, _ = transform(T_part_camera, burr.T_mesh_burr[:3, 3])
+        x, y, _ = placed(T_part_camera, burr.T_mesh_burr[:3, 3])
     else:
         stated = np.radians(burr.angle_deg.value)
         x, y, _ = T_part_found[:3, :3] @ [np.cos(stated), np.sin(stated), 0.0]

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from bench.score.part import PartEvidence
-from bench.score.places import transform
 from bench.score.polyline import resample
 from burrscan.arrays import Floats
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.inspection import Axis
+from burrscan.pose import placed
 from scenes.wheel import deviation_mm
 
 OFF_DEG = 1.0
@@ -64,7 +64,7 @@ def axis_offset_mm(evidence: PartEvidence) -> float:
     """Distance of the axis found from the middle of the part, the true axis halfway along the generatrix."""
     z = evidence.true_generatrix_zr_mm[:, 0]
     middle = np.array([0.0, 0.0, 0.5 * float(np.nanmin(z) + np.nanmax(z))])
-    in_found_frame = transform(np.linalg.inv(evidence.T_part_found), middle)
+    in_found_frame = placed(np.linalg.inv(evidence.T_part_found), middle)
     return math.hypot(in_found_frame[0], in_found_frame[1])
 
 

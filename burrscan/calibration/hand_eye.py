@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats, freeze
 from burrscan.calibration.board import Board
 from burrscan.errors import InputError
+from burrscan.pose import cross_matrix, exponential, placed
 from burrscan.rig import View
 
 FEWEST_POSES = 4
@@ -247,7 +248,7 @@ class _Problem:
         back: Floats = np.asarray(np.linalg.inv(X), dtype=float)
         for view, own in zip(self.views, off, strict=True):
             T_camera_board: Floats = back @ np.linalg.inv(view.T_base_flange @ own) @ Z
-            points = self.board.points_mm @ T_camera_board[:3, :3].T + T_camera_board[:3, 3]
+            points = placed(T_camera_board, self.board.points_mm)
             residuals.append((self.camera.project(points) - view.corners_px).ravel())
             by = self._by_twist(points)
             slopes.append(
@@ -285,8 +286,10 @@ def _adjusted(problem: _Problem, X: Floats, Z: Floats) -> HandEye:
         normal, pull = _normal(residual / sigma_px, slopes / sigma_px, twists, factor * problem.robot)
         inverse = np.asarray(np.linalg.inv(normal))
         change = -inverse @ pull
-        X, Z = X @ _motion(change[:6]), Z @ _motion(change[6:12])
-        off = np.stack([own @ _motion(one) for own, one in zip(off, change[12:].reshape(-1, 6), strict=True)])
+        X, Z = X @ exponential(change[:6]), Z @ exponential(change[6:12])
+        off = np.stack(
+            [own @ exponential(one) for own, one in zip(off, change[12:].reshape(-1, 6), strict=True)]
+        )
         settled = float(np.sqrt(change @ normal @ change / len(change))) < _SETTLED
         if settled or step < _REWEIGHTED:
             told = sigma_px, factor
@@ -346,13 +349,8 @@ def _noises(
 
 def _adjoint(pose: Floats) -> Floats:
     """(6, 6) takes a twist on the right of a motion to the one on its left."""
-    turn, (x, y, z) = pose[:3, :3], pose[:3, 3]
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.block([[turn, np.zeros((3, 3))], [cross @ turn, turn]])
-
-
-def _motion(twist: Floats) -> Floats:
-    return _pose(Rotation.from_rotvec(twist[:3]).as_matrix(), twist[3:])
+    turn = pose[:3, :3]
+    return np.block([[turn, np.zeros((3, 3))], [cross_matrix(pose[:3, 3]) @ turn, turn]])
 
 
 def _twist(pose: Floats) -> Floats:

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats, Image
 from burrscan.calibration.board import Board, find_corners
@@ -24,7 +23,7 @@ from burrscan.captures.png import read_grey
 from burrscan.documents import STRICT, build, read_json
 from burrscan.errors import InputError
 from burrscan.files import written_whole
-from burrscan.pose import rigid
+from burrscan.pose import exponential, rigid
 from burrscan.rig import View
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -119,10 +118,7 @@ def _flange(path: Path, line: int, row: dict[str, Any]) -> Floats:
         raise InputError(f"{path}: line {line}: not six numbers after the picture's name") from error
     if not np.isfinite(numbers).all():
         raise InputError(f"{path}: line {line}: numbers must be finite")
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_rotvec(numbers[3:], degrees=True).as_matrix()
-    pose[:3, 3] = numbers[:3]
-    return pose
+    return exponential(np.concatenate([np.radians(numbers[3:]), numbers[:3]]))
 
 
 def hand_eye_view(path: Path, T_base_flange: Floats, board: Board, camera: View) -> HandEyeView | None:

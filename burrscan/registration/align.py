@@ -14,10 +14,11 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
+from burrscan.pose import placed
 from burrscan.registration.alignment import Alignment, Pairs, PosedSurface
 from burrscan.registration.cloud import Cloud, clouds_of
 from burrscan.registration.judge import Findings, doubts, free_motions
-from burrscan.registration.matching import all_pairs, overlaps, placed
+from burrscan.registration.matching import all_pairs, overlaps
 from burrscan.registration.solve import Prior, moved, solve, weights
 
 _GATE_SIGMAS, _GATE_SHRINK, _GATE_PITCHES = 3.0, 0.7, 2.0

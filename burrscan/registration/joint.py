@@ -24,10 +24,10 @@ from burrscan.axis.fitting.ridges import Pieces
 from burrscan.errors import InputError
 from burrscan.generatrix.curve import fit_generatrix
 from burrscan.inspection import Axis, Generatrix
-from burrscan.pose import rigid
+from burrscan.pose import exponential, placed, rigid
 from burrscan.registration.alignment import PosedSurface
 from burrscan.registration.joined.curve import curve_at, inverses, pieces_of
-from burrscan.registration.joined.motion import axis_at, exponential
+from burrscan.registration.joined.motion import axis_at
 from burrscan.registration.joined.points import UNKNOWNS, Rows, rows_of, sector_pulls
 from burrscan.registration.joined.robot import BASE, base_covariance, base_motion, robot_rows
 from burrscan.registration.joined.roll import bins_of, height_map, roll_rows
@@ -227,13 +227,10 @@ def _start(points: list[Floats], reported: Floats) -> _State:
 def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) -> float:
     """RMS distance of the points from their mean."""
     back = np.linalg.inv(T_world_part)
-    placed = np.concatenate(
-        [
-            p[::10] @ (back @ pose)[:3, :3].T + (back @ pose)[:3, 3]
-            for p, pose in zip(points, reported, strict=True)
-        ]
+    together = np.concatenate(
+        [placed(back @ pose, p[::10]) for p, pose in zip(points, reported, strict=True)]
     )
-    off = placed - np.median(placed, axis=0)
+    off = together - np.median(together, axis=0)
     return float(np.sqrt(np.median((off**2).sum(axis=1))))
 
 
@@ -373,7 +370,7 @@ def _result(
     z = [_middle(p, pose, row.z) for p, pose, row in zip(points, state.poses, rows, strict=True)]
     part = _world_axis(state, covariance, float(np.mean(z)), steps)
     poses = state.T_world_part @ state.poses
-    placed = [p @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, poses, strict=True)]
+    clouds = [placed(pose, p) for p, pose in zip(points, poses, strict=True)]
     return Joint(
         T_world_camera=poses,
         covariance=_world_covariance(state, covariance),
@@ -383,7 +380,7 @@ def _result(
             axis_at(np.linalg.inv(pose), _block(covariance, n), middle, evaluations=steps)
             for n, (pose, middle) in enumerate(zip(state.poses, z, strict=True))
         ),
-        generatrix=_common_curve(placed, part, sigma),
+        generatrix=_common_curve(clouds, part, sigma),
         noise_mm=noise,
         used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
         roll_sigma_deg=_roll_sigma_deg(covariance, count),
@@ -392,11 +389,11 @@ def _result(
     )
 
 
-def _common_curve(placed: list[Floats], axis: Axis, sigma: list[Floats]) -> Generatrix:
+def _common_curve(clouds: list[Floats], axis: Axis, sigma: list[Floats]) -> Generatrix:
     """The curve of all views' points."""
     try:
         return fit_generatrix(
-            np.concatenate(placed), np.zeros((0, 3), np.int32), axis, sigma_mm=np.concatenate(sigma)
+            np.concatenate(clouds), np.zeros((0, 3), np.int32), axis, sigma_mm=np.concatenate(sigma)
         )
     except InputError as error:
         raise InputError(

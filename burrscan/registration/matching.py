@@ -15,6 +15,7 @@ from itertools import permutations
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.pose import placed
 from burrscan.registration.alignment import Pairs
 from burrscan.registration.cloud import Cloud
 
@@ -29,12 +30,6 @@ def all_pairs(clouds: Sequence[Cloud], poses: Floats, *, gate_mm: float) -> list
     numbers = permutations(range(len(clouds)), 2)
     found = (_pairs(clouds, poses, moving, fixed, gate_mm) for moving, fixed in numbers)
     return [pairs for pairs in found if len(pairs.samples)]
-
-
-def placed(pose: Floats, points_mm: Floats) -> Floats:
-    """Points (..., 3) of a camera frame in the world frame."""
-    moved: Floats = points_mm @ pose[:3, :3].T + pose[:3, 3]
-    return moved
 
 
 def overlaps(clouds: Sequence[Cloud], poses: Floats, *, gate_mm: float) -> Floats:

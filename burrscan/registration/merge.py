@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32, freeze
+from burrscan.pose import placed
 from burrscan.registration.alignment import Alignment, PosedSurface
-from burrscan.registration.matching import placed
 
 
 @dataclass(frozen=True)

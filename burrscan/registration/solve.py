@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
+from burrscan.pose import cross_matrix
 from burrscan.registration.alignment import Pairs
 from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
 
@@ -44,7 +45,7 @@ class Prior:
         rough = self.poses[number]
         turned = Rotation.from_matrix(pose[:3, :3] @ rough[:3, :3].T).as_rotvec()
         jacobian = np.eye(6)
-        jacobian[3:, :3] = -_cross(pose[:3, 3] - middle_mm)
+        jacobian[3:, :3] = -cross_matrix(pose[:3, 3] - middle_mm)
         off = np.concatenate([turned, pose[:3, 3] - rough[:3, 3]])
         weighted = jacobian.T * self.precision
         return weighted @ jacobian, -weighted @ off
@@ -214,8 +215,3 @@ def _feigned(lever: Floats, normals: Floats, weight: Floats) -> Floats:
 
 def _block(number: int) -> slice:
     return slice(6 * number, 6 * number + 6)
-
-
-def _cross(vector: Floats) -> Floats:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

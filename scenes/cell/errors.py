@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import PositionerSheet
+from burrscan.pose import exponential
 
 _WAVES = 4
 """Of which the error of accuracy is a sum; few, so that it is smooth."""
@@ -47,7 +48,4 @@ class AttainedPoses:
 
 def motion(twist: Floats) -> Floats:
     """(4, 4) rigid motion of (6,): mm along and rad about the axes."""
-    transform = np.eye(4)
-    transform[:3, :3] = Rotation.from_rotvec(twist[3:]).as_matrix()
-    transform[:3, 3] = twist[:3]
-    return transform
+    return exponential(np.concatenate([twist[3:], twist[:3]]))

@@ -10,6 +10,7 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.fit import BEND, FEWEST, Curve
 from burrscan.axis.fitting.ridges import Pieces, find_pieces
+from burrscan.pose import placed
 from burrscan.registration.joined.points import Rows
 from burrscan.strays import FAR, beyond
 
@@ -19,14 +20,14 @@ _LEAST_SHARE = 0.025
 
 def pieces_of(points: Sequence[Floats], poses: Floats, blur_mm: float) -> Pieces:
     """Pieces of the curve that all views' points make at their poses. O(V)."""
-    placed = np.concatenate([p @ pose[:3, :3].T + pose[:3, 3] for p, pose in zip(points, poses, strict=True)])
-    placed = np.ascontiguousarray(placed[~beyond(placed, times=FAR)])
-    r = np.hypot(placed[:, 0], placed[:, 1])
-    bounds = np.array([placed[:, 2].min(), placed[:, 2].max(), r.min(), r.max()])
-    pieces = find_pieces(placed, np.empty(0), np.eye(3), np.zeros(3), blur=blur_mm, bounds=bounds)
+    whole = np.concatenate([placed(pose, p) for p, pose in zip(points, poses, strict=True)])
+    whole = np.ascontiguousarray(whole[~beyond(whole, times=FAR)])
+    r = np.hypot(whole[:, 0], whole[:, 1])
+    bounds = np.array([whole[:, 2].min(), whole[:, 2].max(), r.min(), r.max()])
+    pieces = find_pieces(whole, np.empty(0), np.eye(3), np.zeros(3), blur=blur_mm, bounds=bounds)
     j, k = (
         np.clip(((value - low) / pieces.cell).astype(int), 0, size - 1)
-        for value, low, size in zip((placed[:, 2], r), pieces.origin, pieces.labels.shape, strict=True)
+        for value, low, size in zip((whole[:, 2], r), pieces.origin, pieces.labels.shape, strict=True)
     )
     label = pieces.labels[j, k]
     count = np.bincount(label[label >= 0], minlength=len(pieces.centre))

@@ -1,27 +1,13 @@
-"""Small motions: twists, and what they do to poses and to axes."""
+"""What a small motion of the part does to its axis."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import perpendicular_basis, sensed
 from burrscan.inspection import Axis
-
-
-def exponential(twist: Floats) -> Floats:
-    """(4, 4) the rotation by a twist's (6,) rotation vector about the origin, then its translation."""
-    motion = np.eye(4)
-    motion[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
-    motion[:3, 3] = twist[3:]
-    return motion
-
-
-def cross_matrix(vector: Floats) -> Floats:
-    """(3, 3) of the product vector × …."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+from burrscan.pose import cross_matrix
 
 
 def axis_at(T_target_part: Floats, covariance: Floats, z_mm: float, *, evaluations: int) -> Axis:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
-from burrscan.registration.joined.motion import cross_matrix
+from burrscan.pose import cross_matrix
 from burrscan.registration.joined.types import PosePrior
 
 BASE = 4
