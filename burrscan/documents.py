@@ -1,10 +1,11 @@
-"""Reading TOML and JSON into dataclasses: every error listed at once, unknown keys refused."""
+"""Documents: TOML and JSON read into dataclasses, every error listed at once, and made fit for JSON."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import json
+import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -141,3 +142,12 @@ def _known_keys(cls: type[Any]) -> list[str]:
             for definition in adapter_hints.values():
                 keys.update(definition.get("properties", {}))
     return sorted(keys)
+
+
+def finite(value: Any) -> Any:
+    """A document with null for every number that is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

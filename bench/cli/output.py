@@ -5,9 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
-import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +45,7 @@ def write_json(path: Path, document: Any) -> None:
 
     JSON knows numbers that are finite; any other becomes null.
     """
+    from burrscan.documents import finite
     from burrscan.files import written_whole
 
     text = json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
@@ -54,12 +54,3 @@ def write_json(path: Path, document: Any) -> None:
         return
     with written_whole(path) as beside:
         beside.write_text(text, "utf-8")
-
-
-def finite(value: Any) -> Any:
-    """A document with null for every number that is not finite."""
-    if isinstance(value, Mapping):
-        return {str(key): finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

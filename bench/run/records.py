@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.run.forms import RecordForm
-from burrscan.documents import build
+from burrscan.documents import build, finite
 from burrscan.errors import InputError
 
 
@@ -65,7 +65,7 @@ class Record:
 
     def line(self) -> str:
         """The record as one line of JSON; what is not finite becomes null."""
-        return json.dumps(_plain(asdict(self)), separators=(",", ":"), allow_nan=False) + "\n"
+        return json.dumps(finite(asdict(self)), separators=(",", ":"), allow_nan=False) + "\n"
 
 
 def append(path: Path, records: Iterable[Record]) -> None:
@@ -114,13 +114,3 @@ def _record(line: str, where: str) -> Record:
 
 def _numbers(table: Mapping[str, Any]) -> dict[str, float]:
     return {name: math.nan if value is None else value for name, value in table.items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
