@@ -13,7 +13,7 @@ import numpy as np
 from bench.cell.story import Story, keep
 from burrscan.cell.toolpath import ToolPath
 from burrscan.files import written_whole
-from burrscan.ply import write_ply
+from burrscan.meshio import write_deviation_ply, write_inspection_json
 
 _COLUMNS = (
     "burr", "pass", "station", "kind", "x_mm", "y_mm", "z_mm", "tool_x", "tool_y", "tool_z", "feed_x",
@@ -23,7 +23,7 @@ _COLUMNS = (
 
 
 def write_story(story: Story, folder: Path) -> None:
-    """Write ``cell.json``, ``part.ply``, ``paths.json``, ``paths.csv`` and the pictures.
+    """Write ``cell.json``, ``burrs.json``, ``part.ply``, ``paths.json``, ``paths.csv`` and the pictures.
 
     Raises
     ------
@@ -33,12 +33,9 @@ def write_story(story: Story, folder: Path) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     keep(story, folder)
-    write_ply(
-        folder / "part.ply",
-        story.vertices_mm,
-        story.faces,
-        scalars={"deviation_mm": story.evidence.inspection.deviation_mm},
-    )
+    inspection = story.evidence.inspection
+    write_deviation_ply(folder / "part.ply", story.vertices_mm, story.faces, inspection.deviation_mm)
+    write_inspection_json(folder / "burrs.json", inspection)
     with written_whole(folder / "paths.json") as beside:
         beside.write_text(json.dumps({"frame": "base", "paths": [_table(p) for p in story.paths]}), "utf-8")
     with (

@@ -18,20 +18,21 @@ from bench.score.cell import CellEvidence, LookScore, RemovalScore
 from bench.score.part import MeshEvidence, MeshTruth
 from bench.score.shape import axis_deg
 from burrscan.arrays import Floats, Ints32
-from burrscan.cell.choices import ELEVATIONS_DEG, ROLLS_DEG, all_choices
+from burrscan.cell.choices import POSTURES_DEG
 from burrscan.cell.look import Look
 from burrscan.cell.loop import Progress, inspection_of, look_around
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.removal import mill, path_of, verify
-from burrscan.cell.servo import HEIGHTS_MM, Servoed, servo
+from burrscan.cell.servo import Servoed, servo
 from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
+from burrscan.documents import finite
 from burrscan.errors import InputError
 from burrscan.files import written_whole
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Burr, Inspection
-from burrscan.pipeline import Pipeline
-from burrscan.scanner import PassThrough, Patterns, Scanner
+from burrscan.pipeline import Outcome, Pipeline
+from burrscan.pose import placed
 from scenes.cell.truth import left_of, tool_over
 from scenes.cell.workcell import SimulatedCell
 from scenes.stores import Store
@@ -154,12 +155,13 @@ def _paths(case: CellCase, station: Station, inspection: Inspection) -> tuple[To
 def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> LookScore:
     evidence = MeshEvidence(_truth(progress, cell, T_part_first), inspection_of(progress))
     look = progress.looks[-1]
-    choice = all_choices([np.eye(4)] * (len(ELEVATIONS_DEG) * len(ROLLS_DEG)))[look.choice]
+    choice = progress.choices[look.choice]
+    elevation, roll = POSTURES_DEG[choice.arm]
     matching = evidence.matching
     return LookScore(
         turn_deg=choice.turn_deg,
-        elevation_deg=ELEVATIONS_DEG[choice.arm % len(ELEVATIONS_DEG)],
-        roll_deg=ROLLS_DEG[choice.arm // len(ELEVATIONS_DEG)],
+        elevation_deg=elevation,
+        roll_deg=roll,
         coverage=progress.coverage,
         left=progress.left,
         found=sum(piece >= 0 for piece in matching.best) / max(len(matching.best), 1),
@@ -191,7 +193,7 @@ def _merged(progress: Progress) -> tuple[Floats, Ints32, Inspection]:
     vertices, faces, count = [], [], 0
     good = [look.outcome.surface for look in progress.looks if look.outcome is not None]
     for surface, pose in zip(good, progress.fused.joint.T_world_camera, strict=True):
-        vertices.append(surface.vertices_mm @ pose[:3, :3].T + pose[:3, 3])
+        vertices.append(placed(pose, surface.vertices_mm))
         faces.append(surface.faces + count)
         count += len(surface.vertices_mm)
     merged = np.concatenate(vertices)
@@ -218,9 +220,8 @@ def _removed(
     removals = []
     for number, burr in wanted:
         owner = evidence.matching.match[number]
-        seen = replace(station, scanner=_Camera(station.scanner))
         try:
-            score, shots = _remove(case, cell, seen, burr, owner, pipeline)
+            score, shots = _remove(case, cell, station, burr, owner, pipeline)
         except (InputError, OutOfReachError) as error:
             score, shots = RemovalScore(owner, 0, converged=False, why=str(error), off_mm=np.nan), {}
         removals.append(score)
@@ -232,20 +233,20 @@ def _removed(
 def _remove(
     case: CellCase, cell: SimulatedCell, station: Station, burr: Burr, owner: int, pipeline: Pipeline
 ) -> tuple[RemovalScore, dict[str, NDArray[np.uint8]]]:
-    camera = station.scanner
     reached = servo(station, burr, burr.T_mesh_burr, pipeline=pipeline)
     score = RemovalScore(
         owner, len(reached.glances), reached.converged, reached.why, _off_mm(cell, reached, owner)
     )
-    if not reached.converged or reached.burr is None:
+    last = reached.glances[-1].outcome
+    if not reached.converged or reached.burr is None or last is None:
         return score, {}
-    shots = {"before": _crop(camera, station, reached.burr.T_mesh_burr)}
+    shots = {"before": _crop(station, last, reached.burr.T_mesh_burr)}
     path = path_of(reached, radius_mm=case.cell.mill.radius_mm)
     here = reached.glances[-1].T_base_camera @ np.linalg.inv(station.T_flange_camera)
     mill(station, path, roll_deg=reached.roll_deg)
     station.arm.move(here)
     after = verify(station, reached.burr, reached.burr.T_mesh_burr, pipeline=pipeline)
-    shots["after"] = _crop(camera, station, reached.burr.T_mesh_burr)
+    shots["after"] = _crop(station, after.outcome, reached.burr.T_mesh_burr)
     score = replace(
         score,
         covered=path.covered,
@@ -253,7 +254,7 @@ def _remove(
         said_gouge_mm=after.gouge_mm.value,
     )
     if owner >= 0:
-        left = left_of(case.scene.wheel, case.scene.burrs, cell.cuts, cell.wheel.burrs[owner])
+        left = left_of(cell.seen().truth.wheel, cell.wheel, cell.wheel.burrs[owner])
         score = replace(score, residual_mm=left.residual_mm, gouge_mm=left.gouge_mm)
     return score, shots
 
@@ -262,44 +263,26 @@ def _off_mm(cell: SimulatedCell, reached: Servoed, owner: int) -> float:
     """True distance of the mill from its place over the burr; NaN where there is none."""
     if owner < 0 or not reached.glances:
         return float("nan")
-    found = sum(glance.T_tool_burr is not None for glance in reached.glances)
-    height = HEIGHTS_MM[max(min(found, len(HEIGHTS_MM)) - 1, 0)]
     across, normal = tool_over(cell.T_part_tool, cell.wheel, owner)
-    return float(max(abs(across), abs(normal - height)))
+    return float(max(abs(across), abs(normal - reached.glances[-1].height_mm)))
 
 
-class _Camera(PassThrough):
-    """Keeps the picture that shows most of the part: the last one under full light."""
-
-    def __init__(self, scanner: Scanner) -> None:
-        super().__init__(scanner)
-        self.white: NDArray[np.uint16] | None = None
-
-    def capture(self, patterns: Patterns, exposure_ms: float) -> Any:
-        """Capture, and keep the brightest picture's frame."""
-        images = self._scanner.capture(patterns, exposure_ms)
-        lit = int(np.argmax([float(frame.mean()) for frame in patterns.frames[:, :1]]))
-        self.white = np.array(images[lit])
-        return images
-
-
-def _crop(camera: Scanner, station: Station, T_camera_burr: Floats) -> NDArray[np.uint8]:
-    """The burr's surroundings in the last picture under full light, brightened."""
-    white = camera.white if isinstance(camera, _Camera) else None
-    if white is None:
-        return np.zeros((2 * _CROP_PX, 2 * _CROP_PX), np.uint8)
+def _crop(station: Station, outcome: Outcome, T_camera_burr: Floats) -> NDArray[np.uint8]:
+    """The burr's surroundings under full light, brightened; clipped pixels are white."""
     u, v = (round(float(x)) for x in station.scanner.rig.camera.project(T_camera_burr[:3, 3]))
-    rows = slice(max(v - _CROP_PX, 0), v + _CROP_PX)
-    columns = slice(max(u - _CROP_PX, 0), u + _CROP_PX)
-    part = white[rows, columns].astype(float)
-    top = max(float(np.percentile(part, 99.0)), 1.0) if part.size else 1.0
-    return np.asarray(255.0 * np.clip(part / top, 0.0, 1.0) ** (1.0 / 2.2), np.uint8)
+    rows = slice(max(v - _CROP_PX, 0), max(v + _CROP_PX, 1))
+    columns = slice(max(u - _CROP_PX, 0), max(u + _CROP_PX, 1))
+    part = outcome.scan.white[rows, columns].astype(float)
+    known = part[np.isfinite(part)]
+    top = max(float(np.percentile(known, 99.0)), 1e-9) if known.size else 1.0
+    share = np.where(np.isfinite(part), np.clip(part / top, 0.0, 1.0), 1.0)
+    return np.asarray(255.0 * share ** (1.0 / 2.2), np.uint8)
 
 
 def _document(case: CellCase, evidence: CellEvidence, progress: Progress) -> dict[str, Any]:
     """What a report shows; NaN as null."""
     chart, belief = progress.fused.chart, progress.fused.belief
-    document: dict[str, Any] = _plain(
+    document: dict[str, Any] = finite(
         {
             "planner": case.task.planner,
             "most": case.task.looks,
@@ -313,16 +296,6 @@ def _document(case: CellCase, evidence: CellEvidence, progress: Progress) -> dic
         }
     )
     return document
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
 
 
 def _sentence(progress: Progress, score: LookScore) -> str:

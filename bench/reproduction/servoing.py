@@ -11,7 +11,7 @@ from bench.reproduction.parts import Claim, Numbers, Section, Table
 from bench.reproduction.scenery import paper_scene
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import OutOfReachError
-from burrscan.cell.servo import HEIGHTS_MM, facing_turn, servo, tool_poses
+from burrscan.cell.servo import facing_turn, servo, tool_poses
 from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
 from burrscan.errors import InputError
@@ -120,8 +120,7 @@ def _run(lab: Lab, pipeline: Pipeline, draw_: int) -> list[float]:
     _stand(station, lift(blind, 60.0))
     before = _off(cell, 60.0)
     reached = servo(station, target, where, tolerance_mm=TOLERANCE_MM, pipeline=pipeline)
-    seen = sum(glance.T_tool_burr is not None for glance in reached.glances)
-    after = _off(cell, HEIGHTS_MM[max(min(seen, len(HEIGHTS_MM)) - 1, 0)])
+    after = _off(cell, reached.glances[-1].height_mm)
     return [float(len(reached.glances)), float(reached.converged), before, after]
 
 

@@ -89,7 +89,7 @@ _ALL = (
 METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
 """Every metric by its name, in the order of tables."""
 
-_KINDS: dict[type, tuple[str, ...]] = {Evidence: ("scan",), MeshEvidence: (), cell.CellEvidence: ("cell",)}
+_NEEDS: tuple[tuple[type, str], ...] = ((Evidence, "scan"), (cell.CellEvidence, "cell"))
 """Which metrics an evidence serves, beside those of a part."""
 
 HEADLINE = (
@@ -132,7 +132,7 @@ def measure(evidence: Evidence | MeshEvidence, *, own: Iterable[str] = ()) -> di
 def measure_some(evidence: Evidence | MeshEvidence, names: Iterable[str]) -> dict[str, float]:
     """The metrics of these names."""
     metrics = [metric_named(name) for name in names]
-    fits = {"part", *_KINDS[type(evidence)]}
+    fits = {"part", *(need for kind, need in _NEEDS if isinstance(evidence, kind))}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN marks what is missing and may be compared
         return {

@@ -10,7 +10,8 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.cell.chart import AROUND, Chart
 from burrscan.cell.outlook import Outlook, outlook
-from burrscan.cell.station import Stand, Station, turned
+from burrscan.cell.station import Stand, Station
+from burrscan.pose import placed
 from burrscan.rig import Rig
 
 ELEVATIONS_DEG = (32.0, 10.0, 55.0)
@@ -18,6 +19,8 @@ ELEVATIONS_DEG = (32.0, 10.0, 55.0)
 ROLLS_DEG = (90.0, 0.0)
 """Of the camera about its axis: a flank may mirror the part inside one epipolar plane, not inside both. With
 the baseline along the axis both flanks of an axial burr are measured alike; it comes first."""
+POSTURES_DEG = tuple((elevation, roll) for roll in ROLLS_DEG for elevation in ELEVATIONS_DEG)
+"""Elevation and roll of every pose of the arm, in the order of their numbers."""
 TURN_DEG = 15.0
 """Between turns of the table: five cells of the chart."""
 FLANK_DEG = 50.0
@@ -48,13 +51,11 @@ class Choice:
 
 def arm_poses(station: Station) -> tuple[Floats, ...]:
     """(4, 4) poses of the camera that face the part's middle from the arm's side."""
-    middle = station.T_base_plate[:3, :3] @ station.middle_mm + station.T_base_plate[:3, 3]
+    middle = placed(station.T_base_plate, station.middle_mm)
     # the arm's shoulder is the base's origin: the part is seen from there
     towards = np.arctan2(middle[1], middle[0])
     return tuple(
-        _facing(middle, towards, elevation, roll, station.standoff_mm)
-        for roll in ROLLS_DEG
-        for elevation in ELEVATIONS_DEG
+        _facing(middle, towards, elevation, roll, station.standoff_mm) for elevation, roll in POSTURES_DEG
     )
 
 
@@ -77,7 +78,7 @@ def outlooks(
     T_plate_part: Floats,
 ) -> tuple[Arm, ...]:
     """What each pose of the arm shows of the part as it stands. O(poses × cells)."""
-    T_base_part = turned(station.T_base_plate, 0.0) @ T_plate_part
+    T_base_part = station.T_base_plate @ T_plate_part
     arms = []
     for pose in poses:
         T_camera_part = np.linalg.inv(pose) @ T_base_part

@@ -12,6 +12,7 @@ from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.chart import Chart
 from burrscan.inspection import Axis, Burr, Value
+from burrscan.pose import placed
 
 FALSE_CALLS = 0.07
 """Calls per look that are no burr, blemishes included: 8 on 120 wheels of the suite ``standard`` (three are
@@ -191,8 +192,7 @@ def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:
     half = 0.5 * call.burr.length_mm.value
     along = np.linspace(-half, half, 7)
     points = call.T_plate_burr[:3, 3] + along[:, None] * call.T_plate_burr[:3, 0]
-    points = points @ frame[:3, :3].T + frame[:3, 3]
-    cell, around = chart.cells_of(points, within_mm=10.0)
+    cell, around = chart.cells_of(placed(frame, points), within_mm=10.0)
     known: Ints = np.flatnonzero(cell >= 0)
     if not len(known):
         return np.zeros(len(chances))

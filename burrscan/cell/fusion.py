@@ -16,6 +16,7 @@ from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, outlook
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pipeline import Outcome
+from burrscan.pose import placed
 from burrscan.registration import PosedSurface
 from burrscan.registration.joint import Joint, PosePrior, joint
 from burrscan.rig import Rig
@@ -80,7 +81,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     seen: list[tuple[Outlook, Floats]] = []
     for eye, (_, outcome) in zip(eyes, good, strict=True):
         view = outlook(chart, rig, np.linalg.inv(eye), chart.angles)
-        measured = outcome.surface.vertices_mm @ eye[:3, :3].T + eye[:3, 3]
+        measured = placed(eye, outcome.surface.vertices_mm)
         px_mm = float(np.median(outcome.surface.vertices_mm[:, 2])) / rig.camera.fx
         seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
     belief = belief_of(chart, seen)

@@ -33,6 +33,8 @@ class Progress:
     ----------
     looks
         So far.
+    choices
+        Where the scanner may stand: what a look's ``choice`` counts.
     fused
         What they say.
     coverage
@@ -45,6 +47,7 @@ class Progress:
     """
 
     looks: tuple[Look, ...]
+    choices: tuple[Choice, ...]
     fused: Fused
     coverage: float
     left: float
@@ -116,7 +119,7 @@ def look_around(
         progress = _progress(looks, after, arms, choices, burrs)
         yield progress
         settled = not (after.belief.suspicion.any() or after.belief.unfaced.any())
-        if plan.__name__ not in _TO_THE_END and progress.left < enough and settled:
+        if planner not in _TO_THE_END and progress.left < enough and settled:
             return
     if after is None:
         raise InputError(
@@ -126,6 +129,7 @@ def look_around(
 
 
 _TO_THE_END = frozenset({"ring", "random"})
+"""Baselines that plan nothing: they stop at their number of looks."""
 
 
 def inspection_of(progress: Progress) -> Inspection:
@@ -172,7 +176,7 @@ def _look(
 
 
 def _progress(
-    looks: Sequence[Look], after: Fused, arms: Sequence[Arm], choices: Sequence[Choice], burrs: float
+    looks: Sequence[Look], after: Fused, arms: Sequence[Arm], choices: tuple[Choice, ...], burrs: float
 ) -> Progress:
     chart, belief = after.chart, after.belief
     shows = [arm.surface.seen & (belief.answer(arm.surface.tilt_deg) > _ANSWERS) for arm in arms]
@@ -180,6 +184,7 @@ def _progress(
     area = np.broadcast_to(chart.area_mm2[:, None], chart.shape)
     return Progress(
         looks=tuple(looks),
+        choices=choices,
         fused=after,
         coverage=float((area * (belief.left < _LOOKED)).sum() / area.sum()),
         left=belief.left_in(chart, burrs=burrs, sights=sights),

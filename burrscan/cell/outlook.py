@@ -8,6 +8,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, freeze
 from burrscan.cell.chart import Chart
+from burrscan.pose import placed
 from burrscan.rig import Rig
 
 STEEPEST_DEG = 65.0
@@ -71,13 +72,9 @@ def outlook(
         lean = np.radians(lean_deg)
         around = np.stack([-np.sin(angles), np.cos(angles), np.zeros_like(angles)], axis=1)
         normals = np.cos(lean) * normals + np.sin(lean) * around[None]
-    turn, shift = T_camera_part[:3, :3], T_camera_part[:3, 3]
-    seen_by = points @ turn.T + shift
+    seen_by = placed(T_camera_part, points)
     part_from_camera = np.linalg.inv(T_camera_part)
-    eyes = [
-        part_from_camera[:3, :3] @ centre + part_from_camera[:3, 3]
-        for centre in (np.zeros(3), rig.projector_centre_mm)
-    ]
+    eyes = [placed(part_from_camera, centre) for centre in (np.zeros(3), rig.projector_centre_mm)]
     ways = [eye - points for eye in eyes]
     ways = [way / np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
     cosines = [(way * normals).sum(axis=-1) for way in ways]

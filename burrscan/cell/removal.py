@@ -13,6 +13,7 @@ from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Inspection, Value
 from burrscan.pipeline import Outcome, Pipeline, run
+from burrscan.pose import placed
 
 _PATCH_MM = 1.5
 """Side of the patches whose mean deviation is judged: a pixel is 0.2 to 0.6 mm, its noise some hundredths."""
@@ -34,6 +35,8 @@ class Verified:
         Share of the place's patches that the look measured.
     called
         Whether a protrusion is still called there.
+    outcome
+        Of the look.
 
     """
 
@@ -41,10 +44,11 @@ class Verified:
     gouge_mm: Value
     measured: float
     called: bool
+    outcome: Outcome
 
 
 @dataclass(frozen=True)
-class Place:
+class Site:
     """The place of a burr in the frame of a look: pose, and half its extent along and across."""
 
     T_camera_burr: Floats
@@ -55,8 +59,7 @@ class Place:
 
     def holds(self, points_mm: Floats) -> tuple[Bools, Floats]:
         """(N,) whether points lie over it, and (N, 2) where, along and across."""
-        into = np.linalg.inv(self.T_camera_burr)
-        local = points_mm @ into[:3, :3].T + into[:3, 3]
+        local = placed(np.linalg.inv(self.T_camera_burr), points_mm)
         over = (np.abs(local[:, :2]) <= self.half_mm).all(axis=1) & (np.abs(local[:, 2]) < 5.0 * _PATCH_MM)
         return over, local[:, :2]
 
@@ -71,9 +74,9 @@ def path_of(servoed: Servoed, *, radius_mm: float) -> ToolPath:
 
     """
     last = servoed.glances[-1] if servoed.glances else None
-    if not servoed.converged or servoed.burr is None or last is None or last.inspection is None:
+    if not servoed.converged or servoed.burr is None or last is None or last.outcome is None:
         raise InputError(f"the mill is not over the burr: {servoed.why}")
-    found = last.inspection
+    found = last.outcome.inspection
     return tool_path(servoed.burr, axis=found.axis, generatrix=found.generatrix, radius_mm=radius_mm).placed(
         last.T_base_camera
     )
@@ -125,17 +128,17 @@ def verify(
         0.5 * burr.length_mm.value,
         0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0),
     )
-    place = Place(T_camera_burr, half)
-    return judged(outcome, place)
+    site = Site(T_camera_burr, half)
+    return judged(outcome, site)
 
 
-def judged(outcome: Outcome, place: Place) -> Verified:
+def judged(outcome: Outcome, site: Site) -> Verified:
     """What an outcome says of a place, patch by patch. O(vertices)."""
-    over, local = place.holds(outcome.surface.vertices_mm)
+    over, local = site.holds(outcome.surface.vertices_mm)
     deviation = outcome.inspection.deviation_mm
     over = over & np.isfinite(deviation)
-    cells = np.floor((local[over] + np.array(place.half_mm)) / _PATCH_MM).astype(int)
-    shape = np.maximum(np.ceil(2.0 * np.array(place.half_mm) / _PATCH_MM).astype(int), 1)
+    cells = np.floor((local[over] + np.array(site.half_mm)) / _PATCH_MM).astype(int)
+    shape = np.maximum(np.ceil(2.0 * np.array(site.half_mm) / _PATCH_MM).astype(int), 1)
     cells = np.minimum(cells, shape - 1)
     number = cells[:, 0] * shape[1] + cells[:, 1]
     count = np.bincount(number, minlength=int(shape.prod()))
@@ -146,17 +149,18 @@ def judged(outcome: Outcome, place: Place) -> Verified:
     sigma = np.sqrt(variance[known]) / count[known]
     if not known.any():
         nothing = Value(float("nan"), float("nan"))
-        return Verified(nothing, nothing, 0.0, _called(outcome.inspection, place))
+        return Verified(nothing, nothing, 0.0, _called(outcome.inspection, site), outcome)
     high, low = int(np.argmax(mean)), int(np.argmin(mean))
     return Verified(
         Value(float(mean[high]), float(sigma[high])),
         Value(float(-mean[low]), float(sigma[low])),
         float(known.mean()),
-        _called(outcome.inspection, place),
+        _called(outcome.inspection, site),
+        outcome,
     )
 
 
-def _called(inspection: Inspection, place: Place) -> bool:
+def _called(inspection: Inspection, site: Site) -> bool:
     poses = [b.T_mesh_burr for b in inspection.burrs if b.side == "protrusion"]
     middles = np.array([pose[:3, 3] for pose in poses if np.isfinite(pose).all()]).reshape(-1, 3)
-    return bool(place.holds(middles)[0].any())
+    return bool(site.holds(middles)[0].any())

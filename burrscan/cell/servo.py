@@ -20,8 +20,8 @@ from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
 from burrscan.cell.track import tracked
 from burrscan.errors import InputError
-from burrscan.inspection import Burr, Inspection
-from burrscan.pipeline import Pipeline, run
+from burrscan.inspection import Burr
+from burrscan.pipeline import Outcome, Pipeline, run
 
 HEIGHTS_MM = (30.0, 15.0, 8.0, 8.0)
 """Of the mill over the surface in each look: it comes in steps, and at the last ones it is near."""
@@ -45,13 +45,15 @@ class Glance:
     ----------
     T_base_camera
         (4, 4) the camera, as reported.
+    height_mm
+        Of the mill over the surface, as it was asked for.
     T_tool_burr
         (4, 4) the burr in the mill's frame, as measured; None where it was not found.
     off_mm
         How far the mill was from where it should have been: across the burr, and along its normal.
     tilt_deg
         And its axis from the burr's normal.
-    inspection
+    outcome
         Of this look.
     why
         What the pipeline said where it found no surface of revolution.
@@ -59,10 +61,11 @@ class Glance:
     """
 
     T_base_camera: Floats
+    height_mm: float
     T_tool_burr: Floats | None
     off_mm: tuple[float, float]
     tilt_deg: float
-    inspection: Inspection | None = None
+    outcome: Outcome | None = None
     why: str = ""
 
     @property
@@ -229,18 +232,17 @@ def _glance(
     try:
         outcome = run(station.scanner, pipeline or Pipeline())
     except InputError as error:
-        return None, Glance(reported, None, (np.nan, np.nan), np.nan, why=str(error))
-    seen = outcome.inspection
+        return None, Glance(reported, height_mm, None, (np.nan, np.nan), np.nan, why=str(error))
     at = np.asarray(np.linalg.inv(reported) @ expected, float)
     found = tracked(outcome, burr, at, gate_mm=gate)
     if found is None:
-        return None, Glance(reported, None, (np.nan, np.nan), np.nan, seen)
+        return None, Glance(reported, height_mm, None, (np.nan, np.nan), np.nan, outcome)
     T_tool_burr = np.linalg.inv(station.T_camera_tool) @ found.T_mesh_burr
     # the mill's place over the burr, in the burr's own axes
     place = np.linalg.inv(T_tool_burr)
     tilt = float(np.degrees(np.arccos(np.clip(place[2, 2], -1.0, 1.0))))
     off = (float(place[1, 3]), float(place[2, 3] - height_mm))
-    return found, Glance(reported, np.asarray(T_tool_burr, float), off, tilt, seen)
+    return found, Glance(reported, height_mm, np.asarray(T_tool_burr, float), off, tilt, outcome)
 
 
 def _followed(expected: Floats, measured: Floats) -> Floats:

@@ -42,8 +42,6 @@ class Station:
         Working distance of the scanner, along the camera's axis.
     middle_mm
         (3,) about where the part's middle is, in the frame of the plate: from a drawing, or a rule.
-    size_mm
-        About its largest extent.
     spindle
         Of the mill; None where nothing is to be removed.
 
@@ -57,7 +55,6 @@ class Station:
     T_base_plate: Floats
     standoff_mm: float
     middle_mm: Floats
-    size_mm: float
     spindle: Spindle | None = None
 
     def __post_init__(self) -> None:

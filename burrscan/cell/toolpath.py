@@ -77,11 +77,6 @@ class ToolPath:
         """The station at which the last pass ends."""
         return -1 if len(self.passes_mm) % 2 else 0
 
-    @property
-    def length_mm(self) -> float:
-        """Of one pass."""
-        return float(np.linalg.norm(np.diff(self.stations[:, :3, 3], axis=0), axis=1).sum())
-
 
 def lift(pose: Floats, height_mm: float) -> Floats:
     """(4, 4) a pose moved along its own z."""

@@ -17,6 +17,7 @@ from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Outcome
+from burrscan.pose import placed
 
 _STEP_MM = 0.1
 """Of the profile across the burr."""
@@ -54,8 +55,7 @@ def tracked(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: flo
 
     """
     surface, inspection = outcome.surface, outcome.inspection
-    into = np.linalg.inv(T_camera_burr)
-    local = surface.vertices_mm @ into[:3, :3].T + into[:3, 3]
+    local = placed(np.linalg.inv(T_camera_burr), surface.vertices_mm)
     sign = 1.0 if burr.side == "protrusion" else -1.0
     deviation = sign * inspection.deviation_mm
     width, half = burr.width_mm.value, 0.5 * burr.length_mm.value
@@ -141,7 +141,7 @@ def _on_surface(outcome: Outcome, T_camera_burr: Floats) -> Floats:
     normal = (mean[1] * radial + mean[0] * np.array([0.0, 0.0, 1.0])) / np.linalg.norm(mean)
     along = pose[:3, 0] - (pose[:3, 0] @ normal) * normal
     along /= np.linalg.norm(along)
-    placed = np.eye(4)
-    placed[:3, :3] = np.stack([along, np.cross(normal, along), normal], axis=1)
-    placed[:3, 3] = at[1] * radial + [0.0, 0.0, at[0]]
-    return np.asarray(np.linalg.inv(frame) @ placed)
+    on_curve = np.eye(4)
+    on_curve[:3, :3] = np.stack([along, np.cross(normal, along), normal], axis=1)
+    on_curve[:3, 3] = at[1] * radial + [0.0, 0.0, at[0]]
+    return np.asarray(np.linalg.inv(frame) @ on_curve)

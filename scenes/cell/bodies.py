@@ -8,6 +8,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import OutOfReachError
+from burrscan.pose import placed
 from burrscan.rig import Rig
 from scenes.wheel import deviation_mm
 
@@ -40,9 +41,9 @@ class Bodies:
     ) -> None:
         """Raise OutOfReachError where one of them touches the part or the plate. O(spheres × outline)."""
         on_plate = np.linalg.inv(T_base_plate) @ T_base_flange
-        middles = self.middles_mm @ on_plate[:3, :3].T + on_plate[:3, 3]
-        part = np.linalg.inv(T_plate_part)
-        clear = deviation_mm(middles @ part[:3, :3].T + part[:3, 3], generatrix_zr_mm) - self.radii_mm
+        middles = placed(on_plate, self.middles_mm)
+        in_part = placed(np.linalg.inv(T_plate_part), middles)
+        clear = deviation_mm(in_part, generatrix_zr_mm) - self.radii_mm
         beside = np.maximum(np.hypot(middles[:, 0], middles[:, 1]) - plate_radius_mm, 0.0)
         above = np.hypot(beside, np.maximum(middles[:, 2], 0.0)) - self.radii_mm
         for what, gap in (("the part", clear), ("the table", above)):
@@ -62,8 +63,8 @@ def bodies(
 ) -> Bodies:
     """The scanner's two devices, the wrist, and the spindle above the mill."""
     forward = rig.T_projector_camera[2, :3]
-    devices = np.array([[0.0, 0.0, -_DEVICE_MM], rig.projector_centre_mm - _DEVICE_MM * forward])
-    devices = devices @ T_flange_camera[:3, :3].T + T_flange_camera[:3, 3]
+    lenses = np.array([[0.0, 0.0, -_DEVICE_MM], rig.projector_centre_mm - _DEVICE_MM * forward])
+    devices = placed(T_flange_camera, lenses)
     along = np.arange(mill_length_mm + _SPINDLE_MM, mill_length_mm + _SPINDLE_LONG_MM, _SPINDLE_MM)
     spindle = np.outer(along, T_flange_tool[:3, 2]) + T_flange_tool[:3, 3]
     return Bodies(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from pydantic import Field
@@ -15,7 +15,30 @@ Positive = Annotated[float, Field(gt=0.0)]
 
 
 @dataclass(frozen=True)
-class ArmSpec:
+class _Iso9283:
+    """What the data sheet of an arm or a table says (ISO 9283)."""
+
+    __pydantic_config__ = STRICT
+
+    repeatability_mm: NotNegative
+    repeatability_deg: NotNegative
+    accuracy_mm: NotNegative
+    accuracy_deg: NotNegative
+
+    @property
+    def sheet(self) -> PositionerSheet:
+        """As the algorithm is told; it reaches its own place only."""
+        return PositionerSheet(
+            reach_mm=0.0,
+            repeatability_mm=self.repeatability_mm,
+            repeatability_deg=self.repeatability_deg,
+            accuracy_mm=self.accuracy_mm,
+            accuracy_deg=self.accuracy_deg,
+        )
+
+
+@dataclass(frozen=True)
+class ArmSpec(_Iso9283):
     """The arm: its data sheet (ISO 9283), and where it stands.
 
     Parameters
@@ -34,8 +57,6 @@ class ArmSpec:
 
     """
 
-    __pydantic_config__ = STRICT
-
     reach_mm: Positive = 1300.0
     shoulder_mm: float = 300.0
     distance_mm: Positive = 900.0
@@ -49,37 +70,18 @@ class ArmSpec:
     @property
     def sheet(self) -> PositionerSheet:
         """As the algorithm is told."""
-        return PositionerSheet(
-            reach_mm=self.reach_mm,
-            repeatability_mm=self.repeatability_mm,
-            repeatability_deg=self.repeatability_deg,
-            accuracy_mm=self.accuracy_mm,
-            accuracy_deg=self.accuracy_deg,
-        )
+        return replace(super().sheet, reach_mm=self.reach_mm)
 
 
 @dataclass(frozen=True)
-class TableSpec:
+class TableSpec(_Iso9283):
     """The turntable, a disc with its axis upright; the defaults are those of a good indexing table."""
-
-    __pydantic_config__ = STRICT
 
     radius_mm: Positive = 200.0
     repeatability_mm: NotNegative = 0.005
     repeatability_deg: NotNegative = 0.003
     accuracy_mm: NotNegative = 0.02
     accuracy_deg: NotNegative = 0.01
-
-    @property
-    def sheet(self) -> PositionerSheet:
-        """As the algorithm is told; it reaches its own place only."""
-        return PositionerSheet(
-            reach_mm=0.0,
-            repeatability_mm=self.repeatability_mm,
-            repeatability_deg=self.repeatability_deg,
-            accuracy_mm=self.accuracy_mm,
-            accuracy_deg=self.accuracy_deg,
-        )
 
 
 @dataclass(frozen=True)

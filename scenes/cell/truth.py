@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
-from scenes.wheel import Cut, TrueBurr, Wheel, WheelSpec, build_wheel, deviation_mm
-from scenes.wheel.spec import BurrSpec
+from scenes.wheel import TrueBurr, Wheel, deviation_mm
 
 _FINE_MM = 0.15
 """Faces that a mill left are looked at in pieces of this size: the deepest place lies inside of them."""
@@ -86,10 +84,8 @@ def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
     return float(np.radians(wheel.burrs[number].angle_deg) + (weight * away).sum() / weight.sum())
 
 
-def left_of(spec: WheelSpec, burrs: Sequence[BurrSpec], cuts: Sequence[Cut], burr: TrueBurr) -> Left:
-    """What a mill's passes left of one burr. One boolean of the wheel, O(faces near the burr)."""
-    wheel = build_wheel(spec, burrs, milled=cuts)
-    before = build_wheel(spec, burrs)
+def left_of(wheel: Wheel, before: Wheel, burr: TrueBurr) -> Left:
+    """What a mill's passes left of one burr of a wheel, that it was before. O(faces near the burr)."""
     near = _near(wheel, burr)
     deviation = deviation_mm(_samples(wheel.vertices_mm, wheel.faces[near]), wheel.generatrix_zr_mm)
     untouched = deviation_mm(

@@ -61,9 +61,8 @@ class SimulatedCell:
         self.scene = scene
         self._identity, self._cache_dir = identity, cache_dir
         self.wheel: Wheel = build_wheel(scene.wheel, scene.burrs)
-        z, r = self.wheel.generatrix_zr_mm.T
+        z = self.wheel.generatrix_zr_mm[:, 0]
         self._middle_z_mm = float(0.5 * (z.min() + z.max()))
-        self._size_mm = float(max(2.0 * r.max(), np.ptp(z)))
         rng = self._stream("placed")
         self.T_plate_part = _on_plate(float(z.min())) @ _nudge(rng, spec.placed_mm, spec.placed_deg)
         self._told_middle = np.array([0.0, 0.0, 0.5 * float(np.ptp(z))])
@@ -105,7 +104,6 @@ class SimulatedCell:
             T_base_plate=self._plate,
             standoff_mm=self.scene.rig.standoff_mm,
             middle_mm=self._told_middle,
-            size_mm=self._size_mm,
             spindle=_Mill(self),
         )
 

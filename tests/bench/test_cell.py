@@ -138,6 +138,8 @@ def test_a_tiny_cell_from_end_to_end(tmp_path: Path) -> None:
     write_story(story, tmp_path)
     told_ = json.loads((tmp_path / "cell.json").read_text("utf-8"))
     assert [look["turn_deg"] for look in told_["looks"]] == [0.0, 180.0]
+    burrs = json.loads((tmp_path / "burrs.json").read_text("utf-8"))["burrs"]
+    assert [b["height_mm"]["value"] for b in burrs] == [b.height_mm.value for b in evidence.inspection.burrs]
     paths = json.loads((tmp_path / "paths.json").read_text("utf-8"))["paths"]
     with (tmp_path / "paths.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats
 from burrscan.cell.belief import SURE, Belief, shifted
-from burrscan.cell.choices import Arm, stand_of
+from burrscan.cell.choices import Arm
 from burrscan.cell.evidence import OBLIQUE_DEG
 from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import seconds
@@ -68,10 +68,7 @@ def _faced(arm: Arm) -> Bools:
 def _poses(known: Known, number: int) -> tuple[Floats, Floats]:
     """The table's pose and the camera's."""
     station, choice = known.station, known.choices[number]
-    pose = known.arms[choice.arm].T_base_camera
-    return turned(station.T_base_plate, choice.turn_deg), stand_of(
-        choice, [pose] * (choice.arm + 1)
-    ).T_base_camera
+    return turned(station.T_base_plate, choice.turn_deg), known.arms[choice.arm].T_base_camera
 
 
 def _seconds(known: Known, here: tuple[Floats, Floats], there: tuple[Floats, Floats]) -> float:

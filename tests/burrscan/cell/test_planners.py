@@ -53,7 +53,7 @@ def station() -> Station:
     plate[:3, 3] = 900.0, 0.0, -300.0
     return Station(
         arm=Ideal(), table=Ideal(), scanner=Blind(), T_flange_camera=np.eye(4), T_camera_tool=np.eye(4),
-        T_base_plate=plate, standoff_mm=600.0, middle_mm=np.array([0.0, 0.0, 20.0]), size_mm=160.0,
+        T_base_plate=plate, standoff_mm=600.0, middle_mm=np.array([0.0, 0.0, 20.0]),
     )  # fmt: skip
 
 

@@ -47,7 +47,7 @@ class World:
         return Station(
             arm=self, table=Ideal(), scanner=Blind(), T_flange_camera=np.eye(4),
             T_camera_tool=self.T_camera_tool, T_base_plate=self.T_base_plate, standoff_mm=600.0,
-            middle_mm=np.array([0.0, 0.0, 20.0]), size_mm=160.0,
+            middle_mm=np.array([0.0, 0.0, 20.0]),
         )  # fmt: skip
 
     @property

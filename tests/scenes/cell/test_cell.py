@@ -16,11 +16,11 @@ from burrscan.cell.station import Stand, go, turned
 from scenes.cell.errors import AttainedPoses, motion
 from scenes.cell.milling import milled
 from scenes.cell.spec import CellSpec, MillSpec
-from scenes.cell.truth import left_of, tool_over
+from scenes.cell.truth import Left, left_of, tool_over
 from scenes.cell.workcell import SimulatedCell
 from scenes.pose import pose_of
 from scenes.scene import scene_from
-from scenes.wheel import AxialRidge, Cut, WheelSpec, build_wheel, deviation_mm
+from scenes.wheel import AxialRidge, Cut, Wheel, WheelSpec, build_wheel, deviation_mm
 
 _DRUM = WheelSpec("drum", ((0.0, 0.0), (0.0, 40.0), (20.0, 40.0), (20.0, 0.0)))
 _RIDGE = AxialRidge(angle_deg=20.0, height_mm=0.8, width_mm=1.5, z_start_mm=5.0, z_end_mm=15.0)
@@ -115,7 +115,7 @@ def test_a_cut_leaves_a_closed_wheel_as_flat_as_the_mill() -> None:
     for depth in (0.3, 0.0, -0.1):
         wheel = build_wheel(_DRUM, [_RIDGE], milled=[_over(depth)])
         assert _closed(wheel.welded()[1])
-        left = left_of(_DRUM, [_RIDGE], [_over(depth)], before.burrs[0])
+        left = left_of(wheel, before, before.burrs[0])
         # a plane over the drum: beside its middle the base of 1.5 mm stays by its sagitta, 0.007 mm
         assert left.residual_mm == pytest.approx(max(depth, 0.0), abs=0.0075)
         # a plane end cuts deepest in its middle
@@ -136,6 +136,10 @@ def test_what_was_cut_away_is_the_burr() -> None:
     assert milled_ - bare == pytest.approx(0.0, abs=0.05)
 
 
+def _left(wheel: Wheel, *cuts: Cut) -> Left:
+    return left_of(build_wheel(_DRUM, [_RIDGE], milled=cuts), wheel, wheel.burrs[0])
+
+
 def _poses(depth_mm: float) -> Floats:
     cut = _over(depth_mm)
     poses = np.tile(np.eye(4), (len(cut.tips_mm), 1, 1))
@@ -150,13 +154,13 @@ def test_a_mill_gives_way_to_what_it_cuts_and_less_the_second_time() -> None:
     wheel = build_wheel(_DRUM, [_RIDGE])
     stiff, soft = MillSpec(stiffness_n_mm=1e9), MillSpec(stiffness_n_mm=100.0, thrust_n_mm2=30.0)
     (exact,) = milled(wheel, [], _poses(0.0), stiff)
-    assert left_of(_DRUM, [_RIDGE], [exact], wheel.burrs[0]).residual_mm < 0.0075
+    assert _left(wheel, exact).residual_mm < 0.0075
     (first,) = milled(wheel, [], _poses(0.0), soft)
-    once = left_of(_DRUM, [_RIDGE], [first], wheel.burrs[0]).residual_mm
+    once = _left(wheel, first).residual_mm
     # thrust over stiffness: the ridge's section of half of 0.8 times 1.5 mm
     assert once == pytest.approx(30.0 * 0.6 / 100.0, rel=0.25)
     (again,) = milled(wheel, [first], _poses(0.0), soft)
-    assert left_of(_DRUM, [_RIDGE], [first, again], wheel.burrs[0]).residual_mm < 0.6 * once
+    assert _left(wheel, first, again).residual_mm < 0.6 * once
 
 
 def test_there_and_back_are_two_passes() -> None:
