@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
+from burrscan.generatrix.polyline import revolved
 from burrscan.inspection import Generatrix
 
 AROUND = 120
@@ -55,11 +56,11 @@ class Chart:
 
     def points_mm(self, cells: Floats) -> Floats:
         """(S, N, 3) middles of the cells at the angles ``cells`` (N,)."""
-        return _around(self.zr_mm, cells)
+        return revolved(self.zr_mm, cells)
 
     def normals(self, cells: Floats) -> Floats:
         """(S, N, 3) their outward normals."""
-        return _around(self.normals_zr, cells)
+        return revolved(self.normals_zr, cells)
 
     def cells_of(self, points_mm: Floats, *, within_mm: float = 2.0 * _ALONG_MM) -> tuple[Ints, Ints]:
         """(N,) cell along, -1 for points that are farther than ``within_mm`` from each, and (N,) around."""
@@ -118,9 +119,3 @@ def _silhouette(generatrix: Generatrix) -> Floats:
     # a wall between two places belongs to neither: what stands on it must not be inside
     beside = np.minimum(np.append(radius[1:], 0.0), np.append(0.0, radius[:-1]))
     return np.stack([grid, np.minimum(radius, beside)])
-
-
-def _around(zr: Floats, angles: Floats) -> Floats:
-    z, r = zr[:, :1], zr[:, 1:]
-    shape = (len(zr), len(angles))
-    return np.stack([r * np.cos(angles), r * np.sin(angles), np.broadcast_to(z, shape)], axis=-1)

@@ -9,13 +9,14 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats, freeze
 from burrscan.cell.positioner import OutOfReachError
+from burrscan.cell.sightings import Sighting, place_now, place_to_go
 from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
 from burrscan.cell.track import tracked
@@ -23,12 +24,14 @@ from burrscan.errors import InputError
 from burrscan.inspection import Burr
 from burrscan.pipeline import Outcome, Pipeline, run
 
-HEIGHTS_MM = (30.0, 15.0, 8.0, 8.0)
+HEIGHTS_MM = (20.0, 10.0, 8.0, 8.0)
 """Of the mill over the surface in each look: it comes in steps, and at the last ones it is near."""
 _GATE_MM = (6.0, 2.0)
 """How far from where it is expected the burr may be, in the first look and in later ones: a part that was
 moved by 2 mm and 1 degree, 100 mm from its middle, and an arm that is off by half a millimetre, are within
 the first."""
+_LEAST_LOOKS = 2
+"""A look does not see what all its points err by; two from different poses do."""
 _SQUARE_DEG = 0.5
 """The mill stands upright within this: over its radius of 2 mm it is 0.017 mm."""
 _OTHER_WAY_DEG = 40.0
@@ -47,10 +50,13 @@ class Glance:
         (4, 4) the camera, as reported.
     height_mm
         Of the mill over the surface, as it was asked for.
-    T_tool_burr
-        (4, 4) the burr in the mill's frame, as measured; None where it was not found.
+    T_base_burr
+        (4, 4) the burr as this look measured it; None where it was not found.
     off_mm
-        How far the mill was from where it should have been: across the burr, and along its normal.
+        How far the mill was from where it should be, by this look and those before it from the same side:
+        across the burr, and along its normal.
+    off_sigma_mm
+        Standard deviation of the former.
     tilt_deg
         And its axis from the burr's normal.
     outcome
@@ -62,9 +68,10 @@ class Glance:
 
     T_base_camera: Floats
     height_mm: float
-    T_tool_burr: Floats | None
-    off_mm: tuple[float, float]
-    tilt_deg: float
+    T_base_burr: Floats | None = None
+    off_mm: tuple[float, float] = (np.nan, np.nan)
+    off_sigma_mm: float = np.nan
+    tilt_deg: float = np.nan
     outcome: Outcome | None = None
     why: str = ""
 
@@ -73,8 +80,13 @@ class Glance:
         """The larger of the two distances, mm."""
         return max(map(abs, self.off_mm))
 
+    def agrees(self, tolerance_mm: float) -> bool:
+        """Whether mill and burr agree, as well as that is known: to half of the tolerance at least."""
+        known = 2.0 * self.off_sigma_mm <= tolerance_mm
+        return self.off <= tolerance_mm and known and self.tilt_deg <= _SQUARE_DEG
+
     def __post_init__(self) -> None:
-        freeze(self, T_base_camera=self.T_base_camera, T_tool_burr=self.T_tool_burr)
+        freeze(self, T_base_camera=self.T_base_camera, T_base_burr=self.T_base_burr)
 
 
 @dataclass(frozen=True)
@@ -89,7 +101,7 @@ class Servoed:
     glances
         Every look.
     burr
-        The burr as the last look measured it, its pose in the frame of that look's camera.
+        The burr where all looks from the last side have it, its pose in the frame of the last one's camera.
     roll_deg
         Turn of the flange about the mill.
 
@@ -122,8 +134,9 @@ def servo(
     T_plate_burr
         (4, 4) where it was over the plate when it was found.
     tolerance_mm
-        Mill and burr agree when the mill is no farther than this from its place across the burr, and along
-        the burr's normal. Along the burr it need not be: there the path has an overrun.
+        Mill and burr agree when the mill is no farther than this from its place across the burr, which must
+        be known to half as much (one standard deviation), and along the burr's normal. Along the burr it
+        need not be: there the path has an overrun.
     most
         Looks at most.
     pipeline
@@ -138,32 +151,48 @@ def servo(
     turn = facing_turn(station, T_plate_burr)
     plate = station.table.move(turned(station.T_base_plate, turn))
     expected = plate @ T_plate_burr
+    pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
+    lever = float(np.linalg.norm((station.T_flange_camera @ station.T_camera_tool)[:3, 3]))
+    slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
     glances: list[Glance] = []
+    same_side: list[Sighting] = []
     roll: float | None = None
     for _ in range(most):
-        before = [glance for glance in glances if glance.T_tool_burr is not None]
-        height = HEIGHTS_MM[min(len(before), len(HEIGHTS_MM) - 1)]
-        reported, roll = _move(station, lift(expected, height), roll)
-        found, glance = _glance(
-            station, reported, burr, expected, height, pipeline, gate=_GATE_MM[bool(before)]
-        )
-        glances.append(glance)
-        if found is None:
+        found = sum(glance.T_base_burr is not None for glance in glances)
+        height = HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
+        reported, roll = _move(station, lift(expected, height), roll, slant)
+        outcome, why = _look(station, pipeline)
+        at = np.asarray(np.linalg.inv(reported) @ expected, float)
+        gate_mm = _GATE_MM[found > 0]
+        seen = None if outcome is None else tracked(outcome, burr, at, gate_mm=gate_mm, pixel_mm=pixel_mm)
+        if seen is None:
+            glances.append(Glance(reported, height, outcome=outcome, why=why))
+            same_side = []
             roll += _OTHER_WAY_DEG if len(glances) % 2 else -2.0 * _OTHER_WAY_DEG
             continue
-        expected = (
-            _followed(expected, reported @ found.T_mesh_burr) if before else reported @ found.T_mesh_burr
-        )
-        if glance.off <= tolerance_mm and glance.tilt_deg <= _SQUARE_DEG:
-            return Servoed(True, "", tuple(glances), found, roll)
+        measured = np.asarray(reported @ seen.burr.T_mesh_burr, float)
+        same_side.append(Sighting(measured, reported @ station.T_camera_tool, seen.across_sigma_mm))
+        place, sigma = place_now(same_side, sheet=station.arm.sheet, lever_mm=lever)
+        off, tilt = _off(station, reported, place, height)
+        glances.append(Glance(reported, height, measured, off, sigma, tilt, outcome))
+        if len(same_side) >= _LEAST_LOOKS and glances[-1].agrees(tolerance_mm):
+            here = np.asarray(np.linalg.inv(reported) @ place, float)
+            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
+        expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
     return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
 
 
 def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
     last = glances[-1]
-    if last.T_tool_burr is None:
+    if last.T_base_burr is None:
         return last.why or f"look {len(glances)} finds no {burr.side} near its place"
-    return f"{len(glances)} looks leave {last.off:.3f} mm, more than {tolerance_mm:g}"
+    across, normal = map(abs, last.off_mm)
+    if last.off > tolerance_mm or 2.0 * last.off_sigma_mm > tolerance_mm:
+        return (
+            f"{len(glances)} looks leave {across:.3f} ± {last.off_sigma_mm:.3f} mm across the burr and "
+            f"{normal:.3f} mm along its normal; wanted were {tolerance_mm:g}, known to half of that"
+        )
+    return f"{len(glances)} looks leave the mill {last.tilt_deg:.1f} degrees from upright"
 
 
 def facing_turn(station: Station, T_plate_burr: Floats) -> float:
@@ -175,10 +204,16 @@ def facing_turn(station: Station, T_plate_burr: Floats) -> float:
     return float(arm - np.degrees(np.arctan2(at[1], at[0])))
 
 
-def tool_poses(station: Station, T_base_tool: Floats) -> Iterator[tuple[float, Floats]]:
-    """Turns about the mill's axis and poses of the flange that put the mill there, the upright ones first."""
+def tool_poses(
+    station: Station, T_base_tool: Floats, *, slant_deg: float = 0.0
+) -> Iterator[tuple[float, Floats]]:
+    """Turns about the mill's axis and poses of the flange that put the mill there, the upright ones first.
+
+    All are turned by ``slant_deg`` more: rows of pixels that cross a burr at a slant sample its section as
+    densely as there are rows (the slanted edge of ISO 12233), those along it at a few places only.
+    """
     T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
-    upright = _upright_roll(station, T_base_tool)
+    upright = _upright_roll(station, T_base_tool) + slant_deg
     for roll in _ROLLS_DEG:
         yield upright + roll, at_roll(T_base_tool, upright + roll) @ T_tool_flange
 
@@ -199,12 +234,14 @@ def _upright_roll(station: Station, T_base_tool: Floats) -> float:
     return float(np.degrees(np.arctan2(wanted[1], wanted[0]) - np.arctan2(camera[1], camera[0])))
 
 
-def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Floats, float]:
+def _move(
+    station: Station, T_base_tool: Floats, roll: float | None, slant_deg: float
+) -> tuple[Floats, float]:
     """Bring the tool there, at the roll it has if it has one: (4, 4) ``T_base_camera`` reported, and roll."""
     said = ""
     T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
     tries = (
-        tool_poses(station, T_base_tool)
+        tool_poses(station, T_base_tool, slant_deg=slant_deg)
         if roll is None
         else iter([(roll, at_roll(T_base_tool, roll) @ T_tool_flange)])
     )
@@ -218,40 +255,18 @@ def _move(station: Station, T_base_tool: Floats, roll: float | None) -> tuple[Fl
     raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")
 
 
-def _glance(
-    station: Station,
-    reported: Floats,
-    burr: Burr,
-    expected: Floats,
-    height_mm: float,
-    pipeline: Pipeline | None,
-    *,
-    gate: float,
-) -> tuple[Burr | None, Glance]:
-    """Look, find the burr, and say where the mill is over it."""
+def _look(station: Station, pipeline: Pipeline | None) -> tuple[Outcome | None, str]:
+    """What the scanner sees, or why there is no surface of revolution in it."""
     try:
-        outcome = run(station.scanner, pipeline or Pipeline())
+        return run(station.scanner, pipeline or Pipeline()), ""
     except InputError as error:
-        return None, Glance(reported, height_mm, None, (np.nan, np.nan), np.nan, why=str(error))
-    at = np.asarray(np.linalg.inv(reported) @ expected, float)
-    found = tracked(outcome, burr, at, gate_mm=gate)
-    if found is None:
-        return None, Glance(reported, height_mm, None, (np.nan, np.nan), np.nan, outcome)
-    T_tool_burr = np.linalg.inv(station.T_camera_tool) @ found.T_mesh_burr
-    # the mill's place over the burr, in the burr's own axes
-    place = np.linalg.inv(T_tool_burr)
-    tilt = float(np.degrees(np.arccos(np.clip(place[2, 2], -1.0, 1.0))))
-    off = (float(place[1, 3]), float(place[2, 3] - height_mm))
-    return found, Glance(reported, height_mm, np.asarray(T_tool_burr, float), off, tilt, outcome)
+        return None, str(error)
 
 
-def _followed(expected: Floats, measured: Floats) -> Floats:
-    """Where the burr is expected now: as measured, but along its length half way only.
-
-    Its place across and along the normal is what a look measures well. Its middle along its length moves
-    with what was seen of its ends.
-    """
-    step = np.linalg.inv(measured) @ expected
-    kept = np.eye(4)
-    kept[0, 3] = 0.5 * step[0, 3]
-    return np.asarray(measured @ kept)
+def _off(
+    station: Station, reported: Floats, T_base_burr: Floats, height_mm: float
+) -> tuple[tuple[float, float], float]:
+    """How far the mill is from its place over the burr, across and along the normal; and its tilt, deg."""
+    T_burr_tool = np.linalg.inv(T_base_burr) @ reported @ station.T_camera_tool
+    tilt = float(np.degrees(np.arccos(np.clip(T_burr_tool[2, 2], -1.0, 1.0))))
+    return (float(T_burr_tool[1, 3]), float(T_burr_tool[2, 3] - height_mm)), tilt

@@ -207,7 +207,7 @@ def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Flo
     the medians follow the longer of two faces at a corner.
     """
     middles = line.nodes_mm[line.starts] + 0.5 * line.steps_mm
-    at = line.nodes_mm[line.starts[foot.segment]] + foot.t[:, None] * line.steps_mm[foot.segment]
+    at = line.places_mm(foot.segment, foot.t)
     normals = np.empty_like(at)
     for number, place in enumerate(at):
         near = np.hypot(*(middles - place).T) <= max(radius_mm, 2.0 * float(np.median(line.lengths_mm)))

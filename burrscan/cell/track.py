@@ -1,17 +1,18 @@
 """Where a burr that is known to be there is in one look: the matched filter, not the detector.
 
 A detector must decide; a servo knows what it looks for and wants the place. So the deviations around the
-expected place are averaged along the burr, and the place across it is the centroid of what stands out where
-a burr of this width stands out most.
+expected place are compared with a hump of the burr's width, and the place is where such a hump explains most
+(the matched filter: North 1943; Kay, Fundamentals of Statistical Signal Processing II, section 4.3). A flank
+that mirrors the part is measured wrongly and says so by its standard deviations: it counts little.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import polyline_of
@@ -19,24 +20,45 @@ from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Outcome
 from burrscan.pose import placed
 
-_STEP_MM = 0.1
-"""Of the profile across the burr."""
-_BLUR_MM = 0.3
-"""Standard deviation over which it is averaged: the distance of pixels, so that each has its say."""
-_BESIDE_MM = 0.5
-"""Of the burr's base that its centroid takes in."""
-_SETTLED = 8
-"""Rounds of the centroid; five do."""
+_STEP_MM = 0.05
+"""Between the places that are tried; between them the gain is a parabola."""
 _STANDS_OUT = 5.0
-"""Standard deviations of its mean by which the profile must stand out."""
+"""Standard deviations of its height by which the burr must stand out."""
 _HIGH = 0.15
-"""Share of the burr's height that it must reach: dark flanks lower the mean."""
+"""Share of the burr's height that it must reach: dark flanks lower it."""
 _LEAST = 12
 """Points near the place."""
+_VAGUE = 0.25
+"""Share of the burr's width to which its place must be known: else this is no view of it."""
+_BOTH = 0.25
+"""Of what one flank tells the other must tell at least: its points may be twice as uncertain."""
+_ROUNDS = 3
+"""Of the fit; from one to the next its noise is known better."""
+_PIECES = 6
+"""Of the burr's length, each left out once: how much the place hangs on one of them is its uncertainty."""
 
 
-def tracked(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: float) -> Burr | None:
-    """The burr with its pose in this look's camera frame; None where nothing stands out near its place.
+@dataclass(frozen=True)
+class Tracked:
+    """A burr found again.
+
+    Parameters
+    ----------
+    burr
+        With its pose in the look's camera frame, on the fitted surface.
+    across_sigma_mm
+        Standard deviation of its place across its length.
+
+    """
+
+    burr: Burr
+    across_sigma_mm: float
+
+
+def tracked(
+    outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: float, pixel_mm: float
+) -> Tracked | None:
+    """Where the burr is in this look; None where nothing stands out near its place.
 
     Parameters
     ----------
@@ -48,10 +70,12 @@ def tracked(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: flo
         (4, 4) where it is expected.
     gate_mm
         How far across and along it may be from there.
+    pixel_mm
+        What a pixel spans there: no hump looks narrower.
 
     Notes
     -----
-    O(vertices). The pose lies on the fitted surface, its x in the sense of the one expected.
+    O(vertices × places tried). The pose lies on the fitted surface, its x in the sense of the one expected.
 
     """
     surface, inspection = outcome.surface, outcome.inspection
@@ -65,40 +89,85 @@ def tracked(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: flo
     near &= np.abs(local[:, 1]) < 2.0 * gate_mm + width
     if near.sum() < _LEAST:
         return None
-    sigma = float(np.median(surface.vertex_sigma_mm[near]))
-    across = _centre(local[near, 1], deviation[near], sigma, width=width, gate_mm=gate_mm, high=high)
-    if across is None:
+    hump = _Hump(
+        local[near, 0], local[near, 1], deviation[near], surface.vertex_sigma_mm[near],
+        half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), gate_mm=gate_mm,
+    )  # fmt: skip
+    found = hump.place(least_mm=_HIGH * high)
+    if found is None or found.sigma > _VAGUE * width:
         return None
+    across = found.value
     on_crest = np.isfinite(deviation) & (np.abs(local[:, 1] - across) < 0.5 * width)
     on_crest &= (np.abs(local[:, 0]) < half + gate_mm) & (np.abs(local[:, 2]) < gate_mm + 2.0 * high)
     along, length = _extent(local[on_crest, 0], deviation[on_crest], half)
     pose = _on_surface(outcome, T_camera_burr @ _shift(along, across))
-    return replace(burr, T_mesh_burr=pose, length_mm=Value(length, burr.length_mm.sigma))
+    seen = replace(burr, T_mesh_burr=pose, length_mm=Value(length, burr.length_mm.sigma))
+    return Tracked(seen, found.sigma)
 
 
-def _centre(
-    y: Floats, deviation: Floats, sigma: float, *, width: float, gate_mm: float, high: float
-) -> float | None:
-    """The place across the burr."""
-    grid = np.arange(-gate_mm - width, gate_mm + width + _STEP_MM, _STEP_MM)
-    kernel = np.exp(-0.5 * ((grid[:, None] - y[None]) / _BLUR_MM) ** 2)
-    weight = kernel.sum(axis=1)
-    known: Bools = weight > 1.0
-    if known.sum() < 2:
-        return None
-    profile = np.interp(grid, grid[known], (kernel @ deviation)[known] / weight[known])
-    above = np.clip(profile - float(np.median(profile)), 0.0, None)
-    under = np.array([above[np.abs(grid - place) <= 0.5 * width].sum() for place in grid])
-    place = float(grid[np.argmax(np.where(np.abs(grid) <= gate_mm, under, -1.0))])
-    for _ in range(_SETTLED):
-        here = np.abs(grid - place) <= 0.5 * width + _BESIDE_MM
-        if not above[here].sum() > 0.0:
+class _Hump:
+    """A parabola of given width over a constant, fitted at every place across the burr at once."""
+
+    def __init__(
+        self, x: Floats, y: Floats, deviation: Floats, sigma: Floats, *, half_mm: float, gate_mm: float
+    ) -> None:
+        self._places = np.arange(-gate_mm, gate_mm + 0.5 * _STEP_MM, _STEP_MM)
+        self._shape = np.clip(1.0 - ((y - self._places[:, None]) / half_mm) ** 2, 0.0, None)
+        self._y, self._deviation, self._sigma = y, deviation, sigma
+        piece = np.floor(_PIECES * (x - x.min()) / (np.ptp(x) + 1e-9))
+        self._pieces = [piece == number for number in range(_PIECES)]
+
+    def place(self, *, least_mm: float) -> Value | None:
+        """The place that explains most; None where that is no burr, or only one flank is measured well.
+
+        A burr's hump is significant and higher than ``least_mm``.
+
+        Its standard deviation is the jackknife's over pieces of the length (Efron & Tibshirani 1993, chapter
+        11): what errs together errs in one of them. Points scatter by more than their stated noise where the
+        burr is no parabola; what they scatter by beside it is added to all alike.
+        """
+        more = 0.0
+        for _ in range(_ROUNDS):
+            weight = 1.0 / (self._sigma**2 + more)
+            number, at, height, level = self._best(weight)
+            off = self._deviation - height * self._shape[number] - level
+            chi2 = float((off**2 / self._sigma**2).sum())
+            more = max(0.0, (chi2 - (len(off) - 3)) / float((1.0 / self._sigma**2).sum()))
+        shape = self._shape[number]
+        mean = float(weight @ shape / weight.sum())
+        sigma = 1.0 / np.sqrt(float(weight @ (shape - mean) ** 2))
+        if height < max(_STANDS_OUT * sigma, least_mm):
             return None
-        place = float((above[here] * grid[here]).sum() / above[here].sum())
-    here = np.abs(grid - place) <= 0.5 * width
-    noise = sigma / np.sqrt(float(weight[here].max()))
-    peak = float(above[here].max())
-    return place if peak > max(_STANDS_OUT * noise, _HIGH * high) else None
+        if self._one_sided(number, weight):
+            return None
+        without = np.array([self._best(np.where(piece, 0.0, weight))[1] for piece in self._pieces])
+        spread = (_PIECES - 1) / _PIECES * float(((without - without.mean()) ** 2).sum())
+        return Value(at, float(np.sqrt(spread)))
+
+    def _one_sided(self, number: int, weight: Floats) -> bool:
+        """Whether nearly all that tells the place comes from one flank: the other's shape is a guess then."""
+        # the hump falls by twice the distance from its middle: a point tells by that squared
+        away = self._y - self._places[number]
+        tells = np.where(self._shape[number] > 0.0, weight * away**2, 0.0)
+        left, right = float(tells[away < 0.0].sum()), float(tells[away > 0.0].sum())
+        return min(left, right) < _BOTH * max(left, right)
+
+    def _best(self, weight: Floats) -> tuple[int, float, float, float]:
+        """Number and place of the best hump, its height, and the constant under it."""
+        total, shape, square = weight.sum(), self._shape @ weight, self._shape**2 @ weight
+        data, both = weight @ self._deviation, self._shape @ (weight * self._deviation)
+        spread = total * square - shape**2
+        known = spread > 1e-9 * total**2
+        height = np.where(known, (total * both - shape * data) / np.where(known, spread, 1.0), 0.0)
+        gain = np.where(height > 0.0, height**2 * spread / total, 0.0)
+        best = int(np.argmax(gain))
+        at = float(self._places[best])
+        if 0 < best < len(gain) - 1:
+            before, here, behind = gain[best - 1 : best + 2]
+            bend = before - 2.0 * here + behind
+            at += 0.5 * _STEP_MM * float((before - behind) / bend) if bend < 0.0 else 0.0
+        level = float((data - height[best] * shape[best]) / total)
+        return best, at, float(height[best]), level
 
 
 def _extent(x: Floats, deviation: Floats, half: float) -> tuple[float, float]:
@@ -133,7 +202,7 @@ def _on_surface(outcome: Outcome, T_camera_burr: Floats) -> Floats:
     if not foot.valid[0]:
         return T_camera_burr
     segment = foot.segment[0]
-    at = line.nodes_mm[line.starts[segment]] + foot.t[0] * line.steps_mm[segment]
+    at = line.places_mm(foot.segment, foot.t)[0]
     radial = np.array([np.cos(angle), np.sin(angle), 0.0])
     # the normal over a burr's surroundings, not of one short segment
     beside = np.hypot(*(line.nodes_mm[line.starts] - at).T) < 2.0

@@ -56,6 +56,18 @@ class Polyline:
         steps = self.steps_mm
         return np.stack([-steps[:, 1], steps[:, 0]], axis=1) / self.lengths_mm[:, None]
 
+    def places_mm(self, segment: Ints | Ints32, t: Floats) -> Floats:
+        """(N, 2) places (z, r) on segments (N,), t (N,) of the way from start to end."""
+        places: Floats = self.nodes_mm[self.starts[segment]] + t[:, None] * self.steps_mm[segment]
+        return places
+
+
+def revolved(meridian_zr: Floats, angles: Floats) -> Floats:
+    """(S, N, 3) pairs (z, r) (S, 2), places or directions, turned about the axis by angles (N,), radians."""
+    z, r = meridian_zr[:, :1], meridian_zr[:, 1:]
+    x, y = r * np.cos(angles), r * np.sin(angles)
+    return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1)
+
 
 def join(pieces: list[Floats]) -> Polyline:
     """One polyline of several (K, 2) pieces."""

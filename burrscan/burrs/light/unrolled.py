@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.generatrix.polyline import Polyline, polyline_of
+from burrscan.generatrix.polyline import Polyline, polyline_of, revolved
 from burrscan.inspection import Axis, Generatrix
 from burrscan.rig import Rig, View
 
@@ -82,7 +82,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     turn = step / float(place[:, 1].max())
     half = int(0.5 * np.pi / turn)
     angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
-    points, normals = (_turned(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
+    points, normals = (revolved(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
     points = points + T_camera_part[:3, 3]
     seen, pixel = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
     lit, _ = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
@@ -98,15 +98,8 @@ def _places(line: Polyline, step: float) -> tuple[Floats, Floats]:
     at = np.arange(0.5 * step, along[-1], step)
     segment = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(line.starts) - 1)
     t = (at - along[segment]) / line.lengths_mm[segment]
-    place = line.nodes_mm[line.starts[segment]] + t[:, None] * line.steps_mm[segment]
+    place = line.places_mm(segment, t)
     return np.maximum(place, [[-np.inf, 1e-9]]), line.normals[segment]
-
-
-def _turned(meridian: Floats, angle: Floats) -> Floats:
-    """(rows, columns, 3) of (z, r) pairs turned about the axis."""
-    z, r = meridian[:, :1], meridian[:, 1:]
-    x, y = r * np.cos(angle), r * np.sin(angle)
-    return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1)
 
 
 def _reached(

@@ -48,6 +48,25 @@ class Rows(NamedTuple):
 
 
 @kernel
+def at(point: Floats, pose: Floats) -> tuple[float, float, float, float]:
+    """A point (3,) at a pose (4, 4): x, y, z and its distance from the axis."""
+    a, b, c = point[0], point[1], point[2]
+    x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
+    y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
+    z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+    return x, y, z, np.sqrt(x * x + y * y)
+
+
+@kernel
+def _lever(J: Floats, x: float, y: float, z: float, mz: float, mr: float) -> None:
+    """Into (6,) J how a small motion changes a point's distance off the curve of normal (mz, mr)."""
+    r = np.sqrt(x * x + y * y)
+    nx, ny = mr * x / r, mr * y / r
+    J[0], J[1], J[2] = y * mz - z * ny, z * nx - x * mz, 0.0
+    J[3], J[4], J[5] = nx, ny, mz
+
+
+@kernel
 def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: float, robust: bool) -> Rows:  # noqa: FBT001 (a kernel)
     """The rows of (V, 3) points at a pose (4, 4) in the part frame. O(V).
 
@@ -61,11 +80,7 @@ def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: fl
     scores = np.full(points.shape[0], np.nan)
     J = np.zeros(6)
     for i in range(points.shape[0]):
-        a, b, c = points[i, 0], points[i, 1], points[i, 2]
-        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
-        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
-        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
-        r = np.sqrt(x * x + y * y)
+        x, y, z, r = at(points[i], pose)
         k = piece_of(z, r, curve)
         if k < 0 or r == 0.0:
             continue
@@ -75,9 +90,7 @@ def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: fl
         if size >= 1.0:
             continue
         w = ((1.0 - size * size) ** 2 if robust else 1.0) / (sigma[i] * sigma[i])
-        nx, ny = mr * x / r, mr * y / r
-        J[0], J[1], J[2] = y * mz - z * ny, z * nx - x * mz, 0.0
-        J[3], J[4], J[5] = nx, ny, mz
+        _lever(J, x, y, z, mz, mr)
         power = w
         for e in range(5):
             moments[k, e] += power
@@ -103,11 +116,7 @@ def sector_pulls(
     """
     pulls, square, J = np.zeros((SECTORS, 6)), np.zeros((6, 6)), np.zeros(6)
     for i in range(points.shape[0]):
-        a, b, c = points[i, 0], points[i, 1], points[i, 2]
-        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
-        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
-        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
-        r = np.sqrt(x * x + y * y)
+        x, y, z, r = at(points[i], pose)
         k = piece_of(z, r, curve)
         if k < 0 or r == 0.0:
             continue
@@ -115,9 +124,7 @@ def sector_pulls(
         if abs(d) >= limit * sigma[i]:
             continue
         w = 1.0 / (sigma[i] * sigma[i])
-        nx, ny = mr * x / r, mr * y / r
-        J[0], J[1], J[2] = y * mz - z * ny, z * nx - x * mz, 0.0
-        J[3], J[4], J[5] = nx, ny, mz
+        _lever(J, x, y, z, mz, mr)
         lean = response[k]
         s = int((np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * SECTORS) % SECTORS
         for p in range(6):

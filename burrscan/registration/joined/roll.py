@@ -17,7 +17,7 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.fit import Curve, off_piece, piece_of
 from burrscan.axis.jit import kernel
-from burrscan.registration.joined.points import SECTORS
+from burrscan.registration.joined.points import SECTORS, at
 
 _SIGNIFICANT = 5.0
 """Standard deviations of a slope: chance makes one of two millions so steep."""
@@ -73,11 +73,7 @@ def _sums(points: Floats, pose: Floats, curve: Curve, bins: int) -> tuple[Floats
     shape = (curve.centre.shape[0], bins)
     total, off, count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for i in range(points.shape[0]):
-        a, b, c = points[i, 0], points[i, 1], points[i, 2]
-        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
-        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
-        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
-        r = np.sqrt(x * x + y * y)
+        x, y, z, r = at(points[i], pose)
         k = piece_of(z, r, curve)
         if k < 0:
             continue

@@ -1,0 +1,67 @@
+"""Looks of one burr joined, the arm's moves between them unknown."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.cell.positioner import PositionerSheet
+from burrscan.cell.sightings import Sighting, place_now, place_to_go
+
+_SHEET = PositionerSheet(reach_mm=1300.0)
+_LEVER_MM = 500.0
+_SCATTER_MM = float(np.hypot(_SHEET.scatter_mm, np.radians(_SHEET.scatter_deg) * _LEVER_MM))
+
+
+def _pose(across: float, *, height: float = 0.0) -> Floats:
+    pose = np.eye(4)
+    pose[1:3, 3] = across, height
+    return pose
+
+
+def _runs(count: int, *, own: float, looks: int) -> list[tuple[list[Sighting], float]]:
+    """Looks of a burr at 0 with moves that scatter, and where it is by the arm's word at the last."""
+    rng = np.random.default_rng(7)
+    runs = []
+    for _ in range(count):
+        moved = _SCATTER_MM * rng.normal(size=looks)
+        sights = [Sighting(_pose(m + own * rng.normal()), _pose(0.0, height=8.0), own) for m in moved]
+        runs.append((sights, float(moved[-1])))
+    return runs
+
+
+def _joined(sights: list[Sighting]) -> tuple[float, float, float]:
+    now, sigma = place_now(sights, sheet=_SHEET, lever_mm=_LEVER_MM)
+    return float(now[1, 3]), sigma, float(place_to_go(sights, sheet=_SHEET, lever_mm=_LEVER_MM)[1, 3])
+
+
+def test_one_look_is_what_it_says() -> None:
+    now, sigma, go = _joined([Sighting(_pose(0.3), _pose(0.0), 0.02)])
+    assert (now, go) == (0.3, 0.3)
+    assert np.isclose(sigma, 0.02)
+
+
+def test_where_the_mill_stands_is_for_the_last_look_to_say_and_where_to_go_for_all() -> None:
+    for own in (0.01, 0.06):
+        runs = _runs(800, own=own, looks=3)
+        joined = np.array([[*_joined(sights), true] for sights, true in runs])
+        now = joined[:, 0] - joined[:, 3]
+        alone = np.array([sights[-1].T_base_burr[1, 3] - true for sights, true in runs])
+        last = np.array([sights[-1].T_base_burr[1, 3] for sights, _ in runs])
+        # never worse than the last look alone, and better where that is noisy; three standard errors of 800
+        assert now.std() < alone.std() * (1.0 if own > 0.03 else 1.08)
+        # stated as it is
+        assert 0.85 < now.std() / np.sqrt((joined[:, 1] ** 2).mean()) < 1.15
+        # the next move scatters about the mean of the moves, which is 0
+        assert joined[:, 2].std() < 0.65 * last.std()
+
+
+def test_looks_that_disagree_make_it_less_sure() -> None:
+    apart = [Sighting(_pose(y), _pose(0.0), 0.01) for y in (0.0, 0.6, -0.5)]
+    assert _joined(apart)[1] > 0.03
+
+
+def test_a_look_from_far_away_says_little() -> None:
+    far, near = (Sighting(_pose(0.4), _pose(0.0, height=h), 0.02) for h in (150.0, 9.0))
+    last = Sighting(_pose(0.0), _pose(0.0, height=8.0), 0.02)
+    assert abs(_joined([far, last])[0]) < 0.01 < abs(_joined([near, last])[0])

@@ -1,0 +1,105 @@
+"""A burr is found again where it is, from points of a drum with a ridge."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from burrscan.arrays import Floats
+from burrscan.axis.basis import T_part_mesh
+from burrscan.cell.track import Tracked, tracked
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Inspection
+from burrscan.pipeline import Outcome
+from tests.burrscan.cell.parts import RADIUS_MM, axis, burr, generatrix
+
+_PITCH_MM = 0.5
+_NOISE_MM = 0.05
+
+
+def _look(
+    rng: np.random.Generator,
+    at_mm: float,
+    *,
+    slant: float = 0.05,
+    ridge_mm: float = 1.0,
+    flank_low_mm: float = 0.0,
+    flank_sigma_mm: float = _NOISE_MM,
+) -> Outcome:
+    """A drum seen in the frame of the part, its ridge ``at_mm`` beside angle 0, its left flank wrong."""
+    z, off = np.meshgrid(np.arange(0.2, 39.8, 0.7), np.arange(-8.0, 8.0, _PITCH_MM), indexing="ij")
+    off = off + _PITCH_MM * rng.uniform() + slant * z
+    beside = off - at_mm
+    ridge = np.where(np.abs(z - 20.0) < 5.0, ridge_mm * np.clip(1.0 - np.abs(beside) / 0.75, 0.0, None), 0.0)
+    flank = (ridge > 0.0) & (beside < 0.0)
+    sigma = np.where(flank, flank_sigma_mm, _NOISE_MM)
+    radius = RADIUS_MM + ridge - np.where(flank, flank_low_mm, 0.0) + sigma * rng.normal(size=z.shape)
+    angle = off / RADIUS_MM
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1).reshape(-1, 3)
+    line, centre = generatrix(), axis()
+    frame = T_part_mesh(centre.point_mm, centre.direction)
+    inspection = Inspection(centre, line, (), frame, deviation_mm(points, centre, line))
+    surface = SimpleNamespace(vertices_mm=points, vertex_sigma_mm=sigma.ravel())
+    return cast(Outcome, SimpleNamespace(surface=surface, inspection=inspection))
+
+
+def _found(outcome: Outcome) -> Tracked | None:
+    target = burr(0.0)
+    return tracked(outcome, target, np.array(target.T_mesh_burr), gate_mm=2.0, pixel_mm=_PITCH_MM)
+
+
+def _errors(seed: int, count: int, **world: Any) -> Floats:
+    """(count, 2) errors of the place across, mm, and the standard deviations stated; NaN where not found."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for _ in range(count):
+        at = rng.uniform(-1.5, 1.5)
+        found = _found(_look(rng, at, **world))
+        if found is None:
+            rows.append([np.nan, np.nan])
+        else:
+            x, y, _z = found.burr.T_mesh_burr[:3, 3]
+            rows.append([float(np.arctan2(y, x)) * RADIUS_MM - at, found.across_sigma_mm])
+    return np.array(rows)
+
+
+def test_the_place_and_what_is_stated_of_it() -> None:
+    errors = _errors(1, 60)
+    rms = float(np.sqrt((errors[:, 0] ** 2).mean()))
+    # 15 rows of 3 points on flanks that rise by 1 mm in 0.75 mm: the bound is 0.05 / sqrt(45) / 1.33 = 0.006
+    assert rms < 0.012
+    assert abs(errors[:, 0].mean()) < 3.0 * rms / np.sqrt(60)
+    # no less than it is; pieces of the length sample the section differently, which counts as scatter
+    assert 0.5 < rms / float(np.sqrt((errors[:, 1] ** 2).mean())) < 1.15
+
+
+def test_a_flank_that_is_uncertain_counts_less() -> None:
+    known = _errors(2, 30, flank_low_mm=0.3, flank_sigma_mm=0.09)
+    unknown = _errors(2, 30, flank_low_mm=0.3, flank_sigma_mm=_NOISE_MM)
+    assert abs(unknown[:, 0].mean()) > 1.3 * abs(known[:, 0].mean())
+
+
+def test_rows_at_a_slant_tell_the_place_better_than_rows_along_the_burr() -> None:
+    slanted, aligned = (
+        float(np.mean(np.abs(_errors(3, 40, slant=slant)[:, 0]) < 0.02)) for slant in (_PITCH_MM / 10.0, 0.0)
+    )
+    assert slanted > 0.95
+    assert aligned < 0.8
+
+
+@pytest.mark.parametrize("what", ["no ridge", "another side"])
+def test_what_is_not_there_is_not_found(what: str) -> None:
+    rng = np.random.default_rng(4)
+    height = 0.0 if what == "no ridge" else -1.0
+    assert all(_found(_look(rng, 0.0, ridge_mm=height)) is None for _ in range(10))
+
+
+def test_one_flank_alone_is_no_place() -> None:
+    rng = np.random.default_rng(5)
+    # what mirrors the part is measured wrongly, and says so
+    wild = [_found(_look(rng, 0.0, flank_low_mm=1.0, flank_sigma_mm=2.0)) for _ in range(30)]
+    assert sum(one is None for one in wild) > 5
+    assert all(one is None or abs(one.burr.T_mesh_burr[1, 3]) < 4.0 * one.across_sigma_mm for one in wild)
