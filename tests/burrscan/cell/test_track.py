@@ -102,4 +102,5 @@ def test_one_flank_alone_is_no_place() -> None:
     # what mirrors the part is measured wrongly, and says so
     wild = [_found(_look(rng, 0.0, flank_low_mm=1.0, flank_sigma_mm=2.0)) for _ in range(30)]
     assert sum(one is None for one in wild) > 5
-    assert all(one is None or abs(one.burr.T_mesh_burr[1, 3]) < 4.0 * one.across_sigma_mm for one in wild)
+    # where the foot of the flank tells enough, a section that is no parabola costs some hundredths
+    assert all(one is None or abs(one.burr.T_mesh_burr[1, 3]) < 0.12 for one in wild)
