@@ -24,8 +24,8 @@ _STEP_MM = 0.05
 """Between the places that are tried; between them the gain is a parabola."""
 _STANDS_OUT = 5.0
 """Standard deviations of its height by which the burr must stand out."""
-_HIGH = 0.15
-"""Share of the burr's height that it must reach: dark flanks lower it."""
+_HIGH = 0.5
+"""Share of the burr's height that it must reach: what stands out less is what a flank mirrors beside it."""
 _LEAST = 12
 """Points near the place."""
 _VAGUE = 0.25
