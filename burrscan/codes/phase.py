@@ -100,7 +100,8 @@ def _phase(images: Image, waves: Floats32, sheet: Floats32, period: np.float32) 
     for r in prange(height):
         row = np.empty((4, width), np.float32)
         sums = np.empty((6, width), np.float32)
-        phase_row(images, r, waves, sheet, sums, row, clipped[r])
+        # the loop's own index is unsigned: the row's kernel would be compiled for both
+        phase_row(images, np.int64(r), waves, sheet, sums, row, clipped[r])
         for c in range(width):
             planes[0, r, c], planes[1, r, c] = row[0, c] * period, row[1, c] * period
         planes[2, r], planes[3, r] = row[2], row[3]

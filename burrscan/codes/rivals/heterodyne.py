@@ -94,7 +94,7 @@ def _beats(
         planes, clipped = np.empty((3, 4, width), np.float32), np.empty((3, width), np.bool_)
         for k in range(3):
             block = images[k * steps : (k + 1) * steps]
-            phase_row(block, r, waves, sheet, sums, planes[k], clipped[k])
+            phase_row(block, np.int64(r), waves, sheet, sums, planes[k], clipped[k])
         _unwrap(planes[:, 0], rule, room[:3])
         room[3:] = np.float32(0.0)
         for k in range(3):

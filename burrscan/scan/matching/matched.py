@@ -166,7 +166,7 @@ def _read(
     for r in prange(height):
         z = np.empty(len(f), np.complex128)
         variance = np.empty(len(f))
-        sums = row_sums(images, r, turns)
+        sums = row_sums(images, np.int64(r), turns)
         for c in range(width):
             mean, usable = phasors_of(sums, c, sheet, turns.shape[1], z, variance)
             clipped[r, c] = usable < len(f)

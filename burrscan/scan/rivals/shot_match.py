@@ -99,7 +99,7 @@ def _seeds(seen: Floats32, weight: Floats32, light: Floats, slopes: Floats, apar
     height, width = seen.shape
     state = np.full((6, height, width), np.nan, np.float32)
     for i in prange(height // _GRID_PX):
-        r = i * _GRID_PX + _GRID_PX // 2
+        r = np.int64(i) * _GRID_PX + _GRID_PX // 2  # signed: the kernels are compiled for one kind of row
         found, start, scores = np.empty(6), np.empty(4), np.empty(len(light))
         for c in range(_GRID_PX // 2, width, _GRID_PX):
             if (
@@ -175,9 +175,9 @@ def _wave(state: Floats32, seen: Floats32, weight: Floats32, light: Floats) -> t
         for c in range(width):
             if weight[r, c] <= 0.0 or not np.isnan(state[0, r, c]):
                 continue
-            if not _take_over(state, r, c, start):
+            if not _take_over(state, np.int64(r), c, start):
                 continue
-            fitted = _refine(seen, weight, light, r, c, start, found)
+            fitted = _refine(seen, weight, light, np.int64(r), c, start, found)
             if fitted and found[5] >= _LEAST_FIT and abs(found[0] - start[0]) < 1.0:
                 after[:, r, c] = found
                 grown[r] += 1

@@ -121,7 +121,7 @@ def _mixed(
                 continue
             if not _beside_jump(u, np.int64(r), c, jump):
                 continue
-            phasors(images, r, c, sheet, turns, z, variance)
+            phasors(images, np.int64(r), c, sheet, turns, z, variance)
             found[r, c] = _is_moved(z, variance, f, g, u, v, np.int64(r), c, jump, most)
     return found
 
