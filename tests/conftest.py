@@ -1,9 +1,16 @@
-"""Settings of all tests, and which of them `make test-fast` leaves out.
+"""Settings of all tests, the order they run in, and which of them `make test-fast` leaves out.
 
-Whole files, for a file shares its scenes and its compiled kernels.
+Order and choice go by the processor time of each file, which `pytest --measure` writes to `seconds.json`. Whole
+files, for a file shares its scenes and its compiled kernels.
 """
 
 from __future__ import annotations
+
+import json
+import os
+from collections import defaultdict
+from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -11,74 +18,72 @@ from hypothesis import settings
 settings.register_profile("compiled", deadline=None)  # the first call of a kernel compiles it
 settings.load_profile("compiled")
 
-SLOW = (
-    "test_align",
-    "test_basis",
-    "test_board",
-    "test_bound",
-    "test_burr",
-    "test_burr_families",
-    "test_burrs",
-    "test_calibration_board",
-    "test_calibration_hand_eye",
-    "test_calibration_photometric",
-    "test_captures_replay",
-    "test_cli_calibrate",
-    "test_cli_comfort",
-    "test_cli_completion",
-    "test_cli_findings",
-    "test_cli_grammar",
-    "test_cli_hand_eye",
-    "test_cli_json",
-    "test_cli_scan",
-    "test_cluster",
-    "test_cluster_store",
-    "test_colour",
-    "test_compare_runs",
-    "test_compare_statistics",
-    "test_datum",
-    "test_sectors",
-    "test_subdivide",
-    "test_detection",
-    "test_drawing",
-    "test_axis_api",
-    "test_inspection_schema",
-    "test_instrument",
-    "test_joint",
-    "test_linear",
-    "test_meshes",
-    "test_meshio",
-    "test_optics",
-    "test_reproduction",
-    "test_perf_geometry",
-    "test_pictures",
-    "test_pipeline",
-    "test_planted_faults",
-    "test_profile",
-    "test_project",
-    "test_readme_lab",
-    "test_renderer",
-    "test_report",
-    "test_report_browser",
-    "test_report_parts",
-    "test_run_crew",
-    "test_run_end_to_end",
-    "test_run_gather",
-    "test_run_mesh",
-    "test_run_runner",
-    "test_scan",
-    "test_scene",
-    "test_simulate",
-    "test_surface",
-    "test_transport",
-    "test_wheel_file",
-    "test_wheel_mesh",
-    "test_wheel_truth",
-)
+TABLE = Path(__file__).parent / "seconds.json"
+SECONDS: dict[str, float] = json.loads(TABLE.read_text("utf-8"))
+"""Test file to the processor time of its tests, kernels compiled; a file that is not in it is a quick one."""
+SLOW_S = 2.5
+"""Files above it are left out of `make test-fast`: the others take less than a minute on two cores."""
+_STARTED = pytest.StashKey[float]()
+_SPENT = "processor_s"
+_measured: defaultdict[str, float] = defaultdict(float)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark every test of a slow file."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Measuring is asked for: figures of a busy machine, or of kernels not yet compiled, are none to keep."""
+    parser.addoption(
+        "--measure",
+        action="store_true",
+        help="write the processor time of each file that runs to tests/seconds.json; run it twice, the first "
+        "time compiles",
+    )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark every test of a slow file; and where processes share the files, the longest begin."""
     for item in items:
-        if item.path.stem in SLOW:
+        if SECONDS.get(_file(item.nodeid), 0.0) > SLOW_S:
             item.add_marker(pytest.mark.slow)
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: -SECONDS.get(_file(item.nodeid), 0.0))
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, None, None]:
+    """Note when a test began."""
+    item.stash[_STARTED] = _processor_s()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Tell, at its end, what a test cost: the report also comes back from other processes."""
+    report = yield
+    if call.when == "teardown":
+        report.user_properties.append((_SPENT, _processor_s() - item.stash[_STARTED]))
+    return report
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add it up by file."""
+    _measured[_file(report.nodeid)] += sum(
+        float(str(value)) for name, value in report.user_properties if name == _SPENT
+    )
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Keep what was measured, if all went well."""
+    if session.config.option.measure and exitstatus == 0 and not hasattr(session.config, "workerinput"):
+        known = {name: s for name, s in SECONDS.items() if (session.config.rootpath / name).exists()}
+        measured = known | {name: round(s, 1) for name, s in _measured.items()}
+        TABLE.write_text(json.dumps(measured, indent=1, sort_keys=True) + "\n", "utf-8")
+
+
+def _file(nodeid: str) -> str:
+    return nodeid.partition("::")[0]
+
+
+def _processor_s() -> float:
+    """Processor time of this process and of those that it started and waited for."""
+    return sum(os.times()[:4])

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
 from bench.pictures.__main__ import _zoomed
 from bench.pictures.tiles import TILES, Tile
-from scenes.scene import load_scene
+from scenes.scene import SceneSpec, load_scene
 from scenes.simulate import optics_of
 from scenes.surface import true_blemishes
-from scenes.wheel import build_wheel
+from scenes.wheel import Wheel, build_wheel
 from tests.test_project import ROOT
+
+
+@lru_cache
+def built(name: str) -> tuple[SceneSpec, Wheel]:
+    """A scene that several tiles show, and its wheel."""
+    scene = load_scene(name)
+    return scene, build_wheel(scene.wheel, scene.burrs, facet_error_mm=0.05)
 
 
 @pytest.mark.parametrize("tile", TILES, ids=lambda tile: tile.title)
 def test_a_tile_looks_at_what_its_title_says(tile: Tile) -> None:
-    scene = load_scene(tile.scene)
-    wheel = build_wheel(scene.wheel, scene.burrs, facet_error_mm=0.05)
+    scene, wheel = built(tile.scene)
     places = [
         (f"{burr.kind} {burr.section}", burr.angle_deg, burr.z_start_mm, burr.z_end_mm)
         for burr in wheel.burrs

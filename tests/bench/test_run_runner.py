@@ -98,6 +98,13 @@ def whole(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+@pytest.fixture(scope="module")
+def failed(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of two cases, of which the second failed."""
+    out = tmp_path_factory.mktemp("failed") / "r"
+    return run_suite(small_suite(seeds=[0, 1]), out, workers=1, examine_case=fakes.fails_on_seed_one)
+
+
 def test_records_do_not_depend_on_the_number_of_workers(
     fakes: ModuleType, whole: Path, tmp_path: Path
 ) -> None:
@@ -265,10 +272,10 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
     ],
 )
 def test_what_old_versions_recorded_of_a_full_disk_is_tried_again(
-    fakes: ModuleType, tmp_path: Path, error: str, traceback: str, *, again: bool
+    fakes: ModuleType, failed: Path, tmp_path: Path, error: str, traceback: str, *, again: bool
 ) -> None:
     suite = small_suite(seeds=[0, 1])
-    run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one)
+    shutil.copytree(failed, tmp_path / "r")
     records = tmp_path / "r" / "records.jsonl"
     lines = [json.loads(line) for line in records.read_text().splitlines()]
     for line in lines:

@@ -11,16 +11,26 @@ from bench.synthetic.__main__ import main
 from bench.synthetic.clean_command import clean_view, seen
 from bench.synthetic.depth_view import single_view
 from bench.synthetic.ordinary_parts import PARTS, box
+from burrscan.arrays import Floats, Ints
 
 
 @pytest.mark.parametrize("part", PARTS)
 def test_every_edge_of_a_part_has_two_faces_or_lies_on_the_axis(part: str) -> None:
     for number in range(3):
         vertices, faces = PARTS[part](np.random.default_rng(number))
-        place = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)[1].reshape(-1)[faces]
+        place = numbered(np.round(vertices, 6))[faces]
         place = place[(place != np.roll(place, 1, axis=1)).all(axis=1)]  # not the slivers at the axis
         edges = np.sort(np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]]), axis=1)
-        assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all()
+        assert (np.bincount(numbered(edges)) % 2 == 0).all()
+
+
+def numbered(rows: Floats | Ints) -> Ints:
+    """The same number for rows that are alike: by columns, a tenth of the time of numpy's unique rows."""
+    number = np.zeros(len(rows), np.int64)
+    for column in rows.T:
+        kinds, kind = np.unique(column, return_inverse=True)
+        number = np.unique(number * len(kinds) + kind, return_inverse=True)[1]
+    return number
 
 
 def test_the_camera_sees_the_near_faces_of_a_box_and_they_look_at_it() -> None:

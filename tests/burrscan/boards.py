@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -24,11 +26,28 @@ def drawn_board(
 
     It stands 600 mm away with that tilt, or at a ``pose`` (4, 4) of the board in the camera's frame.
     """
+    if pose is None:
+        image, turn, centre = _tilted(board, view, tilt_deg, fine)
+    else:
+        turn, centre = pose[:3, :3], pose[:3, :3] @ board.points_mm.mean(axis=0) + pose[:3, 3]
+        image = _drawn(board, view, turn, centre, fine)
+    noisy = image + noise * np.random.default_rng(seed).standard_normal(view.shape)
+    points = (board.points_mm - board.points_mm.mean(axis=0)) @ turn.T + centre
+    return np.clip(np.rint(noisy), 0, 1023).astype(np.uint16), view.project(points)
+
+
+@lru_cache
+def _tilted(
+    board: Board, view: View, tilt_deg: tuple[float, float, float], fine: int
+) -> tuple[Floats, Floats, Floats]:
+    """The picture without noise, the board's turn and its middle: tests differ in the noise alone."""
     turn = Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
     centre = np.array([4.0, -3.0, 600.0])
+    return _drawn(board, view, turn, centre, fine), turn, centre
+
+
+def _drawn(board: Board, view: View, turn: Floats, centre: Floats, fine: int) -> Floats:
     middle = board.points_mm.mean(axis=0)
-    if pose is not None:
-        turn, centre = pose[:3, :3], pose[:3, :3] @ middle + pose[:3, 3]
     height, width = view.shape
     steps = (np.arange(fine) + 0.5) / fine - 0.5
     rows, columns = ((np.arange(n)[:, None] + steps).ravel() for n in view.shape)
@@ -38,7 +57,4 @@ def drawn_board(
     squares = np.floor(on_board[..., :2] / board.square_mm).astype(int) + 1
     inside = ((squares >= 0) & (squares <= (board.columns, board.rows))).all(axis=-1)
     dark = inside & (squares.sum(axis=-1) % 2 == 0)
-    image = np.where(dark, 60.0, 900.0).reshape(height, fine, width, fine).mean(axis=(1, 3))
-    noisy = image + noise * np.random.default_rng(seed).standard_normal(view.shape)
-    points = (board.points_mm - middle) @ turn.T + centre
-    return np.clip(np.rint(noisy), 0, 1023).astype(np.uint16), view.project(points)
+    return np.asarray(np.where(dark, 60.0, 900.0).reshape(height, fine, width, fine).mean(axis=(1, 3)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,13 @@ def drawn(seed: int) -> Wheel:
     return build_wheel(spec, burrs, facet_error_mm=float(rng.choice([0.005, 0.02, 0.1])) * size)
 
 
+@lru_cache
+def paper(facet_error_mm: float) -> tuple[Wheel, Inspection]:
+    """The catalogue's wheel as it is drawn, and what is found on it."""
+    wheel = build_wheel(load_wheel("paper"), facet_error_mm=facet_error_mm)
+    return wheel, burrscan.inspect_mesh(*wheel.welded())
+
+
 def assert_found(wheel: Wheel, found: Inspection, T_mesh_part: Floats, *, within: float) -> None:
     """Every burr, and no other: angle, place and height; heights within a share of their own."""
     part = np.linalg.inv(T_mesh_part)
@@ -80,14 +88,13 @@ def test_burrs_of_drawn_wheels_are_found_and_measured(seed: int, tmp_path: Path)
 @pytest.mark.parametrize("facet_error_mm", [0.1, 0.02, 0.005])
 def test_finer_facets_do_not_change_a_burr(facet_error_mm: float) -> None:
     """A burr of 1.5 mm read 3.1, 2.6, 2.3 mm."""
-    wheel = build_wheel(load_wheel("paper"), facet_error_mm=facet_error_mm)
-    assert_found(wheel, burrscan.inspect_mesh(*wheel.welded()), np.eye(4), within=0.1)
+    wheel, found = paper(facet_error_mm)
+    assert_found(wheel, found, np.eye(4), within=0.1)
 
 
 def test_a_burr_is_where_the_drawing_has_it() -> None:
     """The part frame of a part drawn along z at its origin is the drawing's own."""
-    wheel = build_wheel(load_wheel("paper"), facet_error_mm=0.02)
-    found = burrscan.inspect_mesh(*wheel.welded())
+    wheel, found = paper(0.02)
     np.testing.assert_allclose(found.T_part_mesh, np.eye(4), atol=2e-3)
     for burr, true in zip(sorted(found.burrs, key=lambda b: b.angle_deg.value), (1, 0, 2), strict=True):
         assert burr.angle_deg.value == pytest.approx(wheel.burrs[true].angle_deg, abs=0.1)
@@ -101,10 +108,11 @@ def test_a_drawn_wheel_without_burrs_has_none() -> None:
 
 
 def test_a_drawing_inside_out_or_with_a_stated_sigma_is_the_same_drawing() -> None:
-    wheel = build_wheel(load_wheel("paper"), facet_error_mm=0.02)
+    wheel, _ = paper(0.02)
     vertices, faces = wheel.welded()
-    assert_found(wheel, burrscan.inspect_mesh(vertices, faces[:, ::-1]), np.eye(4), within=0.1)
-    assert {burr.side for burr in burrscan.inspect_mesh(vertices, faces[:, ::-1]).burrs} == {"protrusion"}
+    turned_inside_out = burrscan.inspect_mesh(vertices, faces[:, ::-1])
+    assert_found(wheel, turned_inside_out, np.eye(4), within=0.1)
+    assert {burr.side for burr in turned_inside_out.burrs} == {"protrusion"}
     assert_found(wheel, burrscan.inspect_mesh(vertices, faces, sigma_mm=0.01), np.eye(4), within=0.1)
 
 
@@ -153,7 +161,6 @@ def test_samples_are_even_and_always_the_same() -> None:
 
 
 def test_the_burrs_of_a_drawing_agree_with_themselves() -> None:
-    wheel = drawn(3)
-    found = burrscan.inspect_mesh(*wheel.welded())
+    _, found = paper(0.02)
     frame = T_part_mesh(found.axis.point_mm, found.axis.direction)
     assert agreed(found.burrs, frame, method="residual") == found.burrs
