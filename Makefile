@@ -6,8 +6,8 @@
 BIN := .venv/bin
 READY := .venv/ready
 DOCS := .venv/docs
-# a file at a time to each of up to four processes, for what a file shares is made once
-EVERY_CORE := -n logical --maxprocesses 4 --dist loadfile
+# a file at a time to each of up to four processes, for what a file shares is made once; the longest first
+EVERY_CORE := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 REGRESS := reports/runs/regress-$(shell date +%Y%m%dT%H%M%S)
 
 help: ## this list

@@ -1,7 +1,7 @@
 """Settings of all tests, the order they run in, and which of them `make test-fast` leaves out.
 
-Order and choice go by the processor time of each file, which `pytest --measure` writes to `seconds.json`. Whole
-files, for a file shares its scenes and its compiled kernels.
+Order and choice go by the processor time of each file, which `pytest --measure` writes to `seconds.json`.
+Whole files, for a file shares its scenes and its compiled kernels.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -13,8 +14,7 @@ from scenes.wheel.spec import WheelSpec
 
 def wheel_names() -> list[str]:
     """The wheels of the catalogue."""
-    folder = resources.files("scenes.catalogue") / "wheels"
-    return sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml"))
+    return list(_names())
 
 
 def load_wheel(name: str) -> WheelSpec:
@@ -28,9 +28,22 @@ def load_wheel(name: str) -> WheelSpec:
     """
     if name.endswith(".toml"):
         return build(WheelSpec, read_toml(Path(name)), source=name)
-    if name not in wheel_names():
+    if name not in _names():
         raise InputError(
             f"unknown wheel '{name}': {suggest(name, wheel_names())} (or the path of a .toml file)"
         )
+    return _of_catalogue(name)
+
+
+# A suite names the same wheel in hundreds of cases, and the package's own files stay as they are.
+@cache
+def _names() -> tuple[str, ...]:
+    folder = resources.files("scenes.catalogue") / "wheels"
+    names = (item.name for item in folder.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+@cache
+def _of_catalogue(name: str) -> WheelSpec:
     with resources.as_file(resources.files("scenes.catalogue") / "wheels" / f"{name}.toml") as path:
         return build(WheelSpec, read_toml(path), source=name)
