@@ -21,7 +21,7 @@ settings.load_profile("compiled")
 TABLE = Path(__file__).parent / "seconds.json"
 SECONDS: dict[str, float] = json.loads(TABLE.read_text("utf-8"))
 """Test file to the processor time of its tests, kernels compiled; a file that is not in it is a quick one."""
-SLOW_S = 2.5
+SLOW_S = 4.0
 """Files above it are left out of `make test-fast`: the others take less than a minute on two cores."""
 _STARTED = pytest.StashKey[float]()
 _SPENT = "processor_s"

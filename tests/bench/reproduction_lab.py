@@ -12,16 +12,12 @@ from bench.reproduction.lab import Lab
 from bench.reproduction.scanned import Scanned
 from bench.synthetic.revolution import RidgeBurr, profile_of, revolution_scan
 
-SHAPE = ROWS, COLUMNS = 48, 48
+SHAPE = 70, 48
 FULL_DN = 1023.0
 
 
 class MadeUpLab(Lab):
     """Scans of a stepped wheel (a flat ring for the plane) with known truth."""
-
-    def repeats(self, full: int) -> int:
-        """As few as have a median and a spread: nothing is concluded from them here."""
-        return min(full, 3)
 
     def scan(self, scene: str, method: str, /, *, spin_deg: float = 0.0, **parameters: Any) -> Scanned:
         seed = zlib.crc32(f"{scene} {method} {spin_deg} {parameters}".encode())
@@ -30,7 +26,7 @@ class MadeUpLab(Lab):
         pose = made.T_mesh_part @ _spun(-spin_deg)
         points = made.vertices_mm.reshape(*SHAPE, 3)
         rows, columns = np.indices(SHAPE)
-        bright = (np.abs(rows - ROWS // 2) < 15) & (np.abs(columns - COLUMNS // 2) < 20)
+        bright = (np.abs(rows - 35) < 15) & (np.abs(columns - 24) < 20)
         white = np.where(bright, FULL_DN, 400.0)
         return Scanned(
             {
@@ -44,7 +40,7 @@ class MadeUpLab(Lab):
                 "u_error_px": 0.1 * np.sin(columns),
                 "u_response_px": 3.0 * columns,
                 "measurable": np.ones(SHAPE, bool),
-                "on_burr": rows == ROWS // 2,
+                "on_burr": rows == 35,
                 "T_part_camera": np.linalg.inv(pose),
                 "outline_zr_mm": profile,
                 "frames": np.asarray(30.0),
