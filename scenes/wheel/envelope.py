@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from burrscan.arrays import Bools, Floats
 from scenes.wheel.outline import Outline
@@ -16,16 +17,26 @@ of a normal of length h lies 3.75 h away in radius."""
 
 def outer_radius(outline: Outline, z_mm: Floats) -> Floats:
     """(N,) largest radius at each z; NaN beyond the wheel's ends. O(N S)."""
-    a, b = outline.start_zr, outline.end_zr
-    z = z_mm[:, None]
-    covers = (z >= np.minimum(a[:, 0], b[:, 0])) & (z <= np.maximum(a[:, 0], b[:, 0]))
-    dz = b[:, 0] - a[:, 0]
-    share = np.clip((z - a[:, 0]) / np.where(dz == 0.0, 1.0, dz), 0.0, 1.0)
-    # a face square to the axis counts with its outer rim
-    r = np.where(dz == 0.0, np.maximum(a[:, 1], b[:, 1]), a[:, 1] + share * (b[:, 1] - a[:, 1]))
-    largest = np.where(covers, r, -np.inf).max(axis=1)
-    largest[~np.isfinite(largest)] = np.nan
-    return np.asarray(largest)
+    return np.asarray(_outermost(outline.start_zr, outline.end_zr, np.asarray(z_mm, np.float64)))
+
+
+@njit(cache=True, nogil=True)
+def _outermost(start_zr: Floats, end_zr: Floats, z_mm: Floats) -> Floats:
+    """A table of every position and segment would take longer than all else of a burr's shape."""
+    largest = np.full(len(z_mm), np.nan)
+    for i in range(len(z_mm)):
+        for s in range(len(start_zr)):
+            a, b = start_zr[s, 0], end_zr[s, 0]
+            if not min(a, b) <= z_mm[i] <= max(a, b):
+                continue
+            if a == b:  # a face square to the axis counts with its outer rim
+                r = max(start_zr[s, 1], end_zr[s, 1])
+            else:
+                share = min(max((z_mm[i] - a) / (b - a), 0.0), 1.0)
+                r = start_zr[s, 1] + share * (end_zr[s, 1] - start_zr[s, 1])
+            if not r <= largest[i]:
+                largest[i] = r
+    return largest
 
 
 def offset_radius(outline: Outline, z_mm: Floats, distance_mm: Floats) -> Floats:
