@@ -18,11 +18,19 @@ from hypothesis import settings
 settings.register_profile("compiled", deadline=None)  # the first call of a kernel compiles it
 settings.load_profile("compiled")
 
+
+def folder(name: str) -> str:
+    """The folder of a test file."""
+    return name.rpartition("/")[0]
+
+
 TABLE = Path(__file__).parent / "seconds.json"
 SECONDS: dict[str, float] = json.loads(TABLE.read_text("utf-8"))
 """Test file to the processor time of its tests, kernels compiled; a file that is not in it is a quick one."""
 SLOW_S = 4.0
-"""Files above it are left out of `make test-fast`: the others take less than a minute on two cores."""
+"""Files above it are left out of `make test-fast`, but for the quickest of each folder."""
+_QUICKEST = {folder(name): name for name in sorted(SECONDS, key=lambda name: -SECONDS[name])}
+SLOW = {name for name, s in SECONDS.items() if s > SLOW_S} - set(_QUICKEST.values())
 _STARTED = pytest.StashKey[float]()
 _SPENT = "processor_s"
 _measured: defaultdict[str, float] = defaultdict(float)
@@ -41,7 +49,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark every test of a slow file; and where processes share the files, the longest begin."""
     for item in items:
-        if SECONDS.get(_file(item.nodeid), 0.0) > SLOW_S:
+        if _file(item.nodeid) in SLOW:
             item.add_marker(pytest.mark.slow)
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: -SECONDS.get(_file(item.nodeid), 0.0))

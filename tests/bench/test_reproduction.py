@@ -176,8 +176,8 @@ def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(multiview, "SPINS_DEG", {1: (0.0,), 2: (0.0, 90.0)})
     # the slowest of them takes a second a mesh, and has tests of its own
     monkeypatch.setattr(rivals, "find_axis", lambda vertices, faces, **_: find_axis(vertices, faces))
-    # each of its looks is rendered, and it has tests of its own: tests/burrscan/cell, tests/bench/test_cell.py
-    looked = SimpleNamespace(glances=[SimpleNamespace(T_tool_burr=np.eye(4))] * 3, converged=True)
+    # each of its looks is rendered; tests of its own: tests/burrscan/cell and tests/bench/test_cell.py
+    looked = SimpleNamespace(glances=[SimpleNamespace(height_mm=60.0)] * 3, converged=True)
     monkeypatch.setattr(servoing, "servo", lambda *_, **__: looked)
     lab = MadeUpLab(tmp_path / "work", quick=True, code="made up")
     text = build_paper(lab, tmp_path / "page.html").read_text("utf-8")

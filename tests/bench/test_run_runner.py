@@ -99,7 +99,7 @@ def whole(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def failed(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def one_failed(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of two cases, of which the second failed."""
     out = tmp_path_factory.mktemp("failed") / "r"
     return run_suite(small_suite(seeds=[0, 1]), out, workers=1, examine_case=fakes.fails_on_seed_one)
@@ -272,10 +272,10 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
     ],
 )
 def test_what_old_versions_recorded_of_a_full_disk_is_tried_again(
-    fakes: ModuleType, failed: Path, tmp_path: Path, error: str, traceback: str, *, again: bool
+    fakes: ModuleType, one_failed: Path, tmp_path: Path, error: str, traceback: str, *, again: bool
 ) -> None:
     suite = small_suite(seeds=[0, 1])
-    shutil.copytree(failed, tmp_path / "r")
+    shutil.copytree(one_failed, tmp_path / "r")
     records = tmp_path / "r" / "records.jsonl"
     lines = [json.loads(line) for line in records.read_text().splitlines()]
     for line in lines:
