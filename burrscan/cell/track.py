@@ -25,7 +25,8 @@ _STEP_MM = 0.05
 _STANDS_OUT = 5.0
 """Standard deviations of its height by which the burr must stand out."""
 _HIGH = 0.4
-"""Share of the burr's height that it must reach (a thin flake is measured at six tenths): what stands out less is\nwhat a flank mirrors beside it."""
+"""Share of the burr's height that it must reach (a thin flake is measured at six tenths): what stands out by
+less is what a flank mirrors beside it."""
 _LEAST = 12
 """Points near the place."""
 _VAGUE = 0.25

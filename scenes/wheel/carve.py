@@ -163,7 +163,9 @@ def _solids(tool: Tool) -> list[tuple[manifold3d.Manifold, int]]:
 
 
 def _volume(solid: manifold3d.Manifold, body: manifold3d.Manifold, tool: Tool) -> float:
-    return float(((solid ^ body) if tool.side == "nick" else (solid - body)).volume())
+    """What a burr adds, or a nick takes: a strip that curls may run into itself and counts once."""
+    changed = body - solid if tool.side == "nick" else body + solid
+    return abs(float(changed.volume() - body.volume()))
 
 
 def _read(result: manifold3d.Manifold, owners: dict[int, int], nicks: set[int], *, bare_faces: int) -> Part:

@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
-from scenes.wheel.course import THICKEST, course_of, station_step_mm, whole_pieces
+from scenes.wheel.course import THICKEST, Course, course_of, station_step_mm, whole_pieces
 from scenes.wheel.outline import Outline
 from scenes.wheel.section import Section, section_of
 from scenes.wheel.spec import RimBurr
@@ -27,7 +27,7 @@ rounding."""
 _FACES = 0.5
 """Cosine between the surface beside an edge and the burr's direction, 60°: steeper, nothing stands on it."""
 _STEPS = 30
-"""Of scaling a section down until it is nowhere too far from the wheel; each step scales by the excess."""
+"""Of bisecting by how much a section is scaled down so that it is nowhere too far from the wheel."""
 _EXCESS_MM = 1e-6
 """A nanometre over the height is rounding."""
 
@@ -64,9 +64,7 @@ def rim_tool(burr: RimBurr, outline: Outline, *, section_deg: float) -> Tool:
     arc_mm = _positions(burr, length_mm, section_deg, pieces_mm)
     course = course_of(burr, arc_mm, pieces_mm)
     section = _from_the_edge(section_of(burr, course), burr)
-    flanks = _placed(
-        section, middle, -along, direction / float(direction @ normal), outline, course.heights_mm
-    )
+    flanks = _placed(section, course, middle, -along, direction / float(direction @ normal), outline)
     rings = _rings(flanks, middle, normal)
     if _left_handed(rings[0]):
         rings, section = np.concatenate([rings[:, -3::-1], rings[:, :-3:-1]], axis=1), section.reversed()
@@ -102,19 +100,27 @@ def _from_the_edge(section: Section, burr: RimBurr) -> Section:
 
 
 def _placed(
-    section: Section, middle: Floats, outwards: Floats, rise: Floats, outline: Outline, heights: Floats
+    section: Section, course: Course, middle: Floats, outwards: Floats, rise: Floats, outline: Outline
 ) -> Floats:
-    """(N, K, 2) the section in (z, r), as high as it may be without being farther from the wheel anywhere."""
+    """(N, K, 2) the section in (z, r), as high as it may be without being farther from the wheel anywhere.
+
+    A lower section leans over by less: over the edge it is the lean that takes it away from the wheel.
+    """
     x, y = section.points_mm[..., :1], section.points_mm[..., 1:]
-    share = np.ones(len(heights))
+    heights, over = course.heights_mm, y * np.tan(np.radians(course.leans_deg))[:, None, None]
+    low, high = np.zeros(len(heights)), np.ones(len(heights))
+    share = high
     for _ in range(_STEPS):
-        flanks = middle + outwards * x + rise * y * share[:, None, None]
+        kept = share[:, None, None]
+        flanks = middle + outwards * (x - (1.0 - kept) * over) + rise * y * kept
         z, r = flanks.reshape(-1, 2).T
         off = deviation_mm(np.stack([r, np.zeros_like(r), z], axis=1), outline.curve_zr)
         above = off.reshape(flanks.shape[:2]).max(axis=1)
-        if (above <= heights + _EXCESS_MM).all():
+        as_high = (share == 1.0) | (above >= heights - _EXCESS_MM)
+        if (as_high & (above <= heights + _EXCESS_MM)).all():
             break
-        share = np.where(above > heights, share * heights / above, share)
+        low, high = np.where(above > heights, low, share), np.where(above > heights, share, high)
+        share = np.where(low < 1.0, 0.5 * (low + high), 1.0)
     return np.asarray(flanks)
 
 

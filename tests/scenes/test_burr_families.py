@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from burrscan.errors import InputError
@@ -210,6 +210,8 @@ def test_height_lean_and_thickness_vary_as_stated_and_apart() -> None:
     gaps=st.sampled_from([0.0, 0.3, 0.6]),
     curl=st.sampled_from([-180.0, -110.0, 140.0, 180.0]),
 )
+@example(family="rolled", seed=0, height=1.0, width=1.0, correlation=1.0, gaps=0.0, curl=140.0)
+@example(family="rolled", seed=64, height=1.0, width=0.125, correlation=2.75, gaps=0.0, curl=140.0)
 def test_any_burr_is_closed_and_keeps_its_volume(
     family: Family, seed: int, height: float, width: float, correlation: float, gaps: float, curl: float
 ) -> None:
