@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from burrscan.arrays import Floats, Floats32, Ints, Ints32
-from scenes.transport.paths import Bounced
+from burrscan.arrays import Floats, Floats32, Ints
+from scenes.transport.paths import Arrival
 from scenes.transport.rows import SparseRows
 
-Pixels = NDArray[np.uint32]
+_NONE = np.zeros(0, np.uint32)
 _LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
@@ -37,7 +38,7 @@ class Gathered(NamedTuple):
 
     ``rows``: the light of each projector pixel. ``variance`` (P,): of one sample's light. ``scatter`` (P,):
     variance of the mean of the replicates' means. ``finds``: for the first two turns, the paths that carry
-    light.
+    light, if they were asked for.
     """
 
     rows: SparseRows
@@ -46,71 +47,78 @@ class Gathered(NamedTuple):
     finds: tuple[Finds, ...]
 
 
-def gather(bounced: Bounced, *, samples: int, paths: int) -> Gathered:
+def gather(
+    arrivals: Sequence[Arrival], *, samples: int, paths: int, replicates: int, learn: bool
+) -> Gathered:
     """Rows of pixels whose samples stand one after the other.
 
     Parameters
     ----------
-    bounced
-        What each of P · samples paths brings.
+    arrivals
+        The light of each bounce of P · samples paths.
     samples
-        Per pixel; consecutive quarters of them (of fewer than four, each) are the replicates.
+        Per pixel; consecutive equal parts of them are the replicates.
     paths
         How many there are.
+    replicates
+        How many parts, at least 2; divides the samples.
+    learn
+        Whether ``finds`` are wanted.
 
     Returns
     -------
-    An entry for each sample and bounce with light, its value the light over ``samples``. O(paths).
+    An entry for each path and bounce with light, its value the light over ``samples``. O(paths).
 
     """
-    pixel = np.zeros((len(bounced.arrivals), paths), np.uint32)
-    weight = np.zeros((len(bounced.arrivals), paths), np.float32)
-    for bounce, arrival in enumerate(bounced.arrivals):
-        pixel[bounce], weight[bounce] = arrival.pixel.numpy(), arrival.weight.numpy()
-    starts = np.zeros(paths // samples + 1, np.int64)
-    np.cumsum(_count(weight, samples), out=starts[1:])
-    columns, values, variance, scatter = _fill(pixel, weight, samples, starts)
-    finds = [
-        _finds(place, weight[turn:].sum(axis=0), samples)
-        for turn, place in enumerate(bounced.places_mm[:_LEARNT_TURNS])
-    ]
-    return Gathered(SparseRows(starts, columns, values), variance, scatter, tuple(finds))
+    path = np.concatenate([_NONE, *(one.path.numpy() for one in arrivals)])
+    order = np.argsort(path, kind="stable")  # each bounce is in order: one merge
+    path = path[order]
+    pixel = np.concatenate([_NONE, *(one.pixel.numpy() for one in arrivals)])[order]
+    weight = np.concatenate([np.zeros(0, np.float32), *(one.weight.numpy() for one in arrivals)])[order]
+    starts = _starts(path, samples, paths)
+    variance, scatter = _moments(path, weight, starts, samples, replicates)
+    rows = SparseRows(starts, pixel.astype(np.int32), weight * np.float32(1.0 / samples))
+    turns = range(_LEARNT_TURNS) if learn else range(0)
+    return Gathered(
+        rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, samples, paths) for turn in turns)
+    )
 
 
-def _finds(place: Any, light: Floats32, samples: int) -> Finds:
-    lit = np.flatnonzero(light)
-    starts = np.searchsorted(lit, np.arange(light.size // samples + 1) * samples)
-    rows = SparseRows(starts, np.arange(lit.size, dtype=np.int32), light[lit])
-    return Finds(rows, np.ascontiguousarray(place.numpy().T[lit]))
+def _finds(arrivals: Sequence[Arrival], turn: int, samples: int, paths: int) -> Finds:
+    """Places after a turn, of the paths that bring light there or later."""
+    path = np.concatenate([_NONE, *(one.path.numpy() for one in arrivals)])
+    order = np.argsort(path, kind="stable")
+    light = np.concatenate([np.zeros(0, np.float32), *(one.weight.numpy() for one in arrivals)])[order]
+    places = np.concatenate(
+        [np.zeros((0, 3), np.float32), *(one.places_mm[turn].numpy().T for one in arrivals)]
+    )
+    rows = SparseRows(_starts(path[order], samples, paths), np.arange(light.size, dtype=np.int32), light)
+    return Finds(rows, places[order])
+
+
+def _starts(path: NDArray[np.uint32], samples: int, paths: int) -> Ints:
+    """First entry of each pixel."""
+    return np.searchsorted(path, np.arange(paths // samples + 1) * samples).astype(np.int64)
 
 
 @nb.njit(cache=True, parallel=True)
-def _count(weight: Floats32, samples: int) -> Ints:
-    bounces, total = weight.shape
-    counts = np.zeros(total // samples, np.int64)
-    for p in nb.prange(counts.size):
-        for s in range(p * samples, (p + 1) * samples):
-            for b in range(bounces):
-                counts[p] += weight[b, s] > 0.0
-    return counts
-
-
-@nb.njit(cache=True, parallel=True)
-def _fill(
-    pixel: Pixels, weight: Floats32, samples: int, starts: Ints
-) -> tuple[Ints32, Floats32, Floats, Floats]:
-    count = starts.size - 1
-    columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
+def _moments(
+    path: NDArray[np.uint32], weight: Floats32, starts: Ints, samples: int, replicates: int
+) -> tuple[Floats, Floats]:
+    """Variance of one path's light, and of the mean of the replicates' means, for each pixel."""
+    count, part = starts.size - 1, samples // replicates
     variance, scatter = np.zeros(count), np.zeros(count)
-    replicates = min(REPLICATES, samples)
-    part = samples // replicates
     for p in nb.prange(count):
+        square, total, spread = 0.0, 0.0, 0.0
         k = starts[p]
-        total, square, spread = 0.0, 0.0, 0.0
         for r in range(replicates):
-            mean = 0.0
-            for s in range(p * samples + r * part, p * samples + (r + 1) * part):
-                light, k = _put(pixel[:, s], weight[:, s], samples, k, columns, values)
+            mean, end = 0.0, p * samples + (r + 1) * part
+            while k < starts[p + 1] and path[k] < end:
+                light = float(weight[k])
+                while k + 1 < starts[p + 1] and path[k + 1] == path[k]:  # its later bounces
+                    k += 1
+                    light += weight[k]
+                k += 1
                 mean += light / part
                 square += light * light
             total += mean
@@ -118,19 +126,4 @@ def _fill(
         mean = total / replicates
         variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
         scatter[p] = max(spread / replicates - mean * mean, 0.0) / (replicates - 1)
-    return columns, values, variance, scatter
-
-
-@nb.njit(cache=True)
-def _put(
-    pixel: Pixels, weight: Floats32, samples: int, k: int, columns: Ints32, values: Floats32
-) -> tuple[float, int]:
-    """Enter one sample's bounces from entry ``k`` on; its light, and the next free entry."""
-    light = 0.0
-    for b in range(weight.size):
-        if weight[b] > 0.0:
-            columns[k] = pixel[b]
-            values[k] = weight[b] / samples
-            light += weight[b]
-            k += 1
-    return light, k
+    return variance, scatter

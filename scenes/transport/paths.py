@@ -5,43 +5,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import drjit as dr
 
+from scenes.transport.chance import Chance
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
 from scenes.transport.turn import Target, turned
 
-PASS_SAMPLES = 1 << 22
+PASS_SAMPLES = 1 << 21
 """Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
+
+_CAMERA_LENS, _PROJECTOR_LENS, _FIRST_TURN = 0, 2, 4
+_NUMBERS_A_TURN = 7
+"""Kinds of random numbers (:class:`Chance`): the lenses at the first surface, then at every turn its choice
+and direction, the projector's lens, and the place within a projector pixel's blur."""
 
 
 class Arrival(NamedTuple):
-    """Interreflected light of one bounce: the flat projector pixel that it comes from, and how much."""
+    """Interreflected light of one bounce, of the paths that bring any.
 
+    ``path``: which, ascending. ``pixel``: the flat projector pixel that the light comes from. ``weight``: how
+    much. ``places_mm``: the surfaces that the path met after the first.
+    """
+
+    path: Any
     pixel: Any
     weight: Any
+    places_mm: list[Any]
 
 
 class Bounced(NamedTuple):
     """Interreflected light of paths.
 
-    ``arrivals``: light of 2, 3, … surfaces. ``surround``: throughput of the paths of fewer surfaces that
-    leave the scene, which is what a uniform surround of radiance 1 sends. ``places_mm``: the surface that
-    each bounce meets.
+    ``arrivals``: light of 2, 3, … surfaces. ``left``: paths, and the throughput of those of them that leave
+    the scene after 1, 2, … surfaces, which is what a uniform surround of radiance 1 sends.
     """
 
     arrivals: list[Arrival]
-    surround: Any
-    places_mm: list[Any]
+    left: list[tuple[Any, Any]]
 
 
-def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, sampler: Any) -> Any:
+def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, chance: Chance) -> Any:
     """What the camera sees at pixel coordinates: a surface interaction."""
-    lens = on_lens(mi, optics.camera_aperture_mm, sampler)
-    return scene.ray_intersect(camera_rays(mi, optics, column, row, lens))
+    lens = on_lens(mi, optics.camera_aperture_mm, chance, _CAMERA_LENS)
+    ray = camera_rays(mi, optics, column, row, lens)
+    return scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
+
+
+def direct_light(mi: Any, scene: Any, optics: Optics, si: Any, chance: Chance) -> Lit:
+    """Light of the projector at the first surface."""
+    lens = on_lens(mi, optics.projector_aperture_mm, chance, _PROJECTOR_LENS)
+    return projected_light(mi, scene, optics, si, lens, si.is_valid())
 
 
 def later_surfaces(
@@ -49,15 +66,16 @@ def later_surfaces(
     scene: Any,
     optics: Optics,
     si: Any,
-    uniform: tuple[Any, Any],
-    sampler: Any,
+    chance: Chance,
     bounces: int,
     *,
-    aims: Sequence[Target] = (),
+    first: tuple[Any, Any] | None = None,
+    aim: Callable[[int, Any], Target | None] = lambda turn, path: None,
 ) -> Bounced:
     """Interreflected light that reaches the camera from interaction ``si``.
 
-    At each surface the projector is asked (next-event estimation).
+    At each surface the projector is asked (next-event estimation). Most paths leave the scene at a turn:
+    those that go on are gathered together before anything else is asked of them, which halves the time.
 
     Parameters
     ----------
@@ -65,54 +83,78 @@ def later_surfaces(
         As of :func:`scenes.transport.trace.trace`.
     si
         The first surface.
-    uniform
-        Random numbers of the first turn: which way to choose the direction (1D), and the direction (2D).
-    sampler
-        Of all further random numbers.
+    chance
+        Random numbers of the paths.
     bounces
         Surface interactions of the longest path.
-    aims
-        What the first turns aim at; without, and at later turns, the direction is drawn from the BSDF.
+    first
+        Other random numbers for the first turn: which way to choose the direction (1D), the direction (2D).
+    aim
+        Of a turn's number and paths, what they aim at there.
 
     """
-    arrivals, places, surround = [], [], mi.Float(0.0)
-    throughput, active = mi.Float(1.0), si.is_valid()
+    arrivals: list[Arrival] = []
+    left: list[tuple[Any, Any]] = []
+    path, throughput = dr.arange(mi.UInt32, dr.width(chance.number)), mi.Float(1.0)
     for turn in range(max(bounces - 1, 1)):
-        aim = aims[turn] if turn < len(aims) else None
-        towards, weight = turned(mi, si, aim, *uniform, active)
-        throughput = throughput * weight
-        active &= throughput > 0.0
-        si = scene.ray_intersect(si.spawn_ray(towards), active)
-        surround += dr.select(active & ~si.is_valid(), throughput, 0.0)
-        active &= si.is_valid()
-        if turn < bounces - 1:
-            lens = on_lens(mi, optics.projector_aperture_mm, sampler)
-            lit = projected_light(mi, scene, optics, si, lens, active)
-            arrivals.append(_one_pixel(mi, optics, lit, throughput, sampler))
-            places.append(si.p)
-            uniform = sampler.next_1d(active), sampler.next_2d(active)
-    return Bounced(arrivals, surround, places)
+        kind = _FIRST_TURN + turn * _NUMBERS_A_TURN
+        uniform = first if first and turn == 0 else (chance.one(mi, kind), chance.two(mi, kind + 1))
+        alive = si.is_valid()
+        towards, weight = turned(mi, si, aim(turn, path), *uniform, alive)
+        throughput = dr.select(alive, throughput * weight, 0.0)
+        alive = throughput > 0.0
+        ray = si.spawn_ray(towards)
+        hit = scene.ray_intersect_preliminary(ray, active=alive)
+        met = alive & hit.is_valid()
+        dr.eval(met, throughput, ray.o, ray.d, hit, *(list(one) for one in arrivals[-1:]))
+        left.append((path, dr.select(met, 0.0, throughput)))
+        kept = dr.compress(met)
+        if turn == bounces - 1 or dr.width(kept) == 0:
+            break
+        path, chance = dr.gather(mi.UInt32, path, kept), chance.of(mi, kept)
+        throughput = dr.gather(mi.Float, throughput, kept)
+        ray = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
+        si = dr.gather(mi.PreliminaryIntersection3f, hit, kept).compute_surface_interaction(ray)
+        places = [dr.gather(mi.Point3f, place, kept) for one in arrivals[-1:] for place in one.places_mm]
+        lens = on_lens(mi, optics.projector_aperture_mm, chance, kind + 3)
+        lit = projected_light(mi, scene, optics, si, lens, si.is_valid())
+        pixel, weight = _one_pixel(mi, optics, lit, throughput, chance.two(mi, kind + 5))
+        arrivals.append(Arrival(path, pixel, weight, [*places, si.p]))
+    return Bounced([_with_light(mi, one) for one in arrivals], left)
 
 
-def on_lens(mi: Any, aperture_mm: float, sampler: Any) -> Any:
+def on_lens(mi: Any, aperture_mm: float, chance: Chance, kind: int) -> Any:
     """A point on the unit disc, or nothing for a pinhole."""
-    return mi.warp.square_to_uniform_disk(sampler.next_2d()) if aperture_mm else None
+    return mi.warp.square_to_uniform_disk(chance.two(mi, kind)) if aperture_mm else None
 
 
-def _one_pixel(mi: Any, optics: Optics, lit: Lit, throughput: Any, sampler: Any) -> Arrival:
-    """One projector pixel for each sample, drawn by how much each lights the place.
+def _with_light(mi: Any, all_of_them: Arrival) -> Arrival:
+    """The paths with light."""
+    path, pixel, weight, places = all_of_them
+    dr.eval(path, pixel, weight, places)
+    kept = dr.compress(weight > 0.0)
+    return Arrival(
+        dr.gather(mi.UInt32, path, kept),
+        dr.gather(mi.UInt32, pixel, kept),
+        dr.gather(mi.Float, weight, kept),
+        [dr.gather(mi.Point3f, place, kept) for place in places],
+    )
+
+
+def _one_pixel(mi: Any, optics: Optics, lit: Lit, throughput: Any, within: Any) -> tuple[Any, Any]:
+    """One projector pixel for each sample, drawn by how much each lights the place, and the light.
 
     A pixel's profile is a box (its lit part) blurred by a box (the lens): the place is moved at random within
     the blur, and the pixel in whose lit part it falls gives all the light. Unbiased, at one entry of the
     matrix for a sample instead of four.
     """
     profile, (height, width) = optics.profile, optics.rig.projector.shape
-    moved = sampler.next_2d() - 0.5
+    moved = within - 0.5
     column, column_lit = _pixel_at(mi, lit.u_px + profile.blur_px * moved.x, profile.fill)
     row, row_lit = _pixel_at(mi, lit.v_px + profile.blur_px * moved.y, profile.fill)
     inside = (column >= 0) & (column < width) & (row >= 0) & (row < height) & column_lit & row_lit
     weight = dr.select(inside, lit.weight * throughput * (1.0 / profile.fill**2), 0.0)
-    return Arrival(dr.select(weight > 0.0, mi.UInt32(row * width + column), 0), weight)
+    return dr.select(weight > 0.0, mi.UInt32(row * width + column), 0), weight
 
 
 def _pixel_at(mi: Any, place: Any, fill: float) -> tuple[Any, Any]:

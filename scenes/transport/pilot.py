@@ -8,14 +8,16 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Bools, Floats32, Ints
-from scenes.transport.arrivals import Gathered, gather
+from scenes.transport.arrivals import REPLICATES, Gathered, gather
+from scenes.transport.chance import Chance
 from scenes.transport.footprint import sample_sets
 from scenes.transport.optics import Optics
-from scenes.transport.paths import PASS_SAMPLES, first_surface, later_surfaces, on_lens
-from scenes.transport.rays import projected_light
+from scenes.transport.paths import PASS_SAMPLES, direct_light, first_surface, later_surfaces
 from scenes.transport.rows import SparseRows
 from scenes.transport.splat import response_centres, splat
 
+_PILOT = 1
+"""Sets the pilot's random numbers apart from those of a refinement, whose paths are more than one."""
 _SAMPLE_SETS = 256
 """Different nets that pixels draw from, a power of two for a mask; too few, and pixels' errors repeat."""
 
@@ -60,25 +62,25 @@ def _traced(
     place = 2 * (chosen * samples + index % samples)
     column = mi.Float(pixel % width) + dr.gather(mi.Float, sets, place) - 0.5
     row = mi.Float(pixel // width) + dr.gather(mi.Float, sets, place + 1) - 0.5
-    sampler = mi.load_dict({"type": "independent"})
-    first = int(pixels[0]) if len(pixels) else 0
-    sampler.seed(mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, first))[0], size)
-    si = first_surface(mi, scene, optics, column, row, sampler)
-    lens = on_lens(mi, optics.projector_aperture_mm, sampler)
-    direct = projected_light(mi, scene, optics, si, lens, si.is_valid())
-    uniform = sampler.next_1d(), sampler.next_2d()
-    bounced = later_surfaces(mi, scene, optics, si, uniform, sampler, bounces)
-    # one kernel for everything; Dr.Jit does not look into named tuples by itself
-    dr.eval(
-        bounced.surround, bounced.places_mm, list(direct), [list(arrival) for arrival in bounced.arrivals]
-    )
+    number = pixel * samples + index % samples
+    chance = Chance(number, mi.sample_tea_32(dr.opaque(mi.UInt32, seed), mi.UInt32(_PILOT))[0])
+    si = first_surface(mi, scene, optics, column, row, chance)
+    direct = direct_light(mi, scene, optics, si, chance)
+    dr.schedule(list(direct))  # in the kernel of the first turn
+    bounced = later_surfaces(mi, scene, optics, si, chance, bounces)
     u, v, w = (a.numpy() for a in direct)
     w = w * np.float32(1.0 / samples)
     offsets = np.arange(len(pixels) + 1, dtype=np.int64) * samples
+    ambient = sum(
+        np.bincount(path.numpy() // samples, weights=left.numpy(), minlength=len(pixels))
+        for path, left in bounced.left
+    )
     return Pilot(
         pixels=pixels,
         direct=SparseRows(*splat(u, v, w, offsets, shape=optics.rig.projector.shape, profile=optics.profile)),
-        bounced=gather(bounced, samples=samples, paths=size),
-        ambient=bounced.surround.numpy().reshape(-1, samples).mean(axis=1),
+        bounced=gather(
+            bounced.arrivals, samples=samples, paths=size, replicates=min(REPLICATES, samples), learn=True
+        ),
+        ambient=(ambient / samples).astype(np.float32),
         centres=response_centres(u, v, w, offsets),
     )

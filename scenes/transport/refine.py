@@ -11,6 +11,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from scenes.transport.aim import Aim, aim_of
 from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
+from scenes.transport.chance import Chance
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
 from scenes.transport.paths import PASS_SAMPLES, first_surface, later_surfaces
@@ -94,17 +95,18 @@ def refine(
     bounces: int,
     seed: int,
     finds: list[Finds],
+    learn: bool,
 ) -> Iterator[tuple[Ints, Gathered]]:
     """Trace ``samples`` paths for each of some flat camera pixels, a few million at a time.
 
-    ``finds`` of earlier paths say where to aim. O(pixels × samples × bounces) rays.
+    ``finds`` of earlier paths say where to aim; ``learn`` says that there is a round after this one. O(pixels × samples × bounces) rays.
     """
     table = mi.UInt32(reversed_table(samples // REPLICATES))
     each = max(PASS_SAMPLES // samples, 1)
     for first in range(0, len(pixels), each):
         some = pixels[first : first + each]
         aims = [aim_of(some, turn, optics.rig.camera.shape) for turn in finds]
-        yield some, _traced(mi, scene, optics, table, some, aims, samples, bounces, seed)
+        yield some, _traced(mi, scene, optics, table, some, aims, samples, bounces, seed, learn)
 
 
 def _traced(
@@ -117,6 +119,7 @@ def _traced(
     samples: int,
     bounces: int,
     seed: int,
+    learn: bool,
 ) -> Gathered:
     size, width = len(pixels) * samples, optics.rig.camera.width
     count, part = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, samples // REPLICATES)
@@ -125,19 +128,21 @@ def _traced(
     pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
     key = mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, seed) * REPLICATES + within // part)[0]
     column, row, choice, across, up = point(mi, table, within % part, key)
-    sampler = mi.load_dict({"type": "independent"})
-    sampler.seed(mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(pixels[0])))[1], size)
+    number = pixel * count + within
+    chance = Chance(number, mi.sample_tea_32(dr.opaque(mi.UInt32, seed), count)[1])
     place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
-    si = first_surface(mi, scene, optics, *place, sampler)
-    targets = [_target(mi, aim, slot) for aim in aims]
-    uniform = choice, mi.Point2f(across, up)
-    bounced = later_surfaces(mi, scene, optics, si, uniform, sampler, bounces, aims=targets)
-    dr.eval(bounced.places_mm, [list(arrival) for arrival in bounced.arrivals])
-    return gather(bounced, samples=samples, paths=size)
+    si = first_surface(mi, scene, optics, *place, chance)
+    places = [(mi.Float(aim.points_mm.ravel()), mi.Bool(aim.known)) for aim in aims]
+
+    def aim(turn: int, path: Any) -> Target | None:
+        return _target(mi, *places[turn], path // count) if turn < len(places) else None
+
+    first = choice, mi.Point2f(across, up)
+    bounced = later_surfaces(mi, scene, optics, si, chance, bounces, first=first, aim=aim)
+    return gather(bounced.arrivals, samples=samples, paths=size, replicates=REPLICATES, learn=learn)
 
 
-def _target(mi: Any, aim: Aim, slot: Any) -> Target:
+def _target(mi: Any, places: Any, known: Any, slot: Any) -> Target:
     """Each path's targets, those of its pixel."""
-    places = mi.Float(aim.points_mm.ravel())
     points = [dr.gather(mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
-    return Target(points, dr.gather(mi.Bool, mi.Bool(aim.known), slot))
+    return Target(points, dr.gather(mi.Bool, known, slot))

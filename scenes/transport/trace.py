@@ -91,7 +91,15 @@ def trace(
         for count in np.unique(need[need > 0]).tolist():
             pixels = np.flatnonzero(need == count)
             bounced += refine(
-                mi, scene, optics, pixels=pixels, samples=count, bounces=bounces, seed=seed, finds=finds
+                mi,
+                scene,
+                optics,
+                pixels=pixels,
+                samples=count,
+                bounces=bounces,
+                seed=seed,
+                finds=finds,
+                learn=most_now < most,
             )
         wanted = np.maximum(wanted, need)
     images = {
