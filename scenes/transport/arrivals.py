@@ -18,8 +18,8 @@ _LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
 REPLICATES = 4
-"""Independent scramblings of a refined pixel: their scatter is its error (Owen 1997; 4 cost the accuracy of
-half the samples at most and leave three degrees of freedom)."""
+"""Least independent scramblings of a refined pixel: their scatter is its error (Owen 1997; 4 cost the
+accuracy of half the samples at most and leave three degrees of freedom)."""
 
 
 class Finds(NamedTuple):
@@ -47,21 +47,17 @@ class Gathered(NamedTuple):
     finds: tuple[Finds, ...]
 
 
-def gather(
-    arrivals: Sequence[Arrival], *, samples: int, paths: int, replicates: int, learn: bool
-) -> Gathered:
+def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, learn: bool) -> Gathered:
     """Rows of pixels whose samples stand one after the other.
 
     Parameters
     ----------
     arrivals
-        The light of each bounce of P · samples paths.
+        The light of each bounce of the paths.
     samples
-        Per pixel; consecutive equal parts of them are the replicates.
-    paths
-        How many there are.
+        (P,) of each pixel; consecutive equal parts of them are the replicates.
     replicates
-        How many parts, at least 2; divides the samples.
+        (P,) how many parts, at least 2; divides the samples.
     learn
         Whether ``finds`` are wanted.
 
@@ -75,16 +71,15 @@ def gather(
     path = path[order]
     pixel = np.concatenate([_NONE, *(one.pixel.numpy() for one in arrivals)])[order]
     weight = np.concatenate([np.zeros(0, np.float32), *(one.weight.numpy() for one in arrivals)])[order]
-    starts = _starts(path, samples, paths)
-    variance, scatter = _moments(path, weight, starts, samples, replicates)
-    rows = SparseRows(starts, pixel.astype(np.int32), weight * np.float32(1.0 / samples))
+    first = np.concatenate([[0], np.cumsum(samples)])
+    starts = _starts(path, first)
+    variance, scatter = _moments(path, weight, starts, first, replicates)
+    rows = SparseRows(starts, pixel.astype(np.int32), _shared(weight, starts, samples))
     turns = range(_LEARNT_TURNS) if learn else range(0)
-    return Gathered(
-        rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, samples, paths) for turn in turns)
-    )
+    return Gathered(rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, first) for turn in turns))
 
 
-def _finds(arrivals: Sequence[Arrival], turn: int, samples: int, paths: int) -> Finds:
+def _finds(arrivals: Sequence[Arrival], turn: int, first: Ints) -> Finds:
     """Places after a turn, of the paths that bring light there or later."""
     path = np.concatenate([_NONE, *(one.path.numpy() for one in arrivals)])
     order = np.argsort(path, kind="stable")
@@ -92,27 +87,32 @@ def _finds(arrivals: Sequence[Arrival], turn: int, samples: int, paths: int) -> 
     places = np.concatenate(
         [np.zeros((0, 3), np.float32), *(one.places_mm[turn].numpy().T for one in arrivals)]
     )
-    rows = SparseRows(_starts(path[order], samples, paths), np.arange(light.size, dtype=np.int32), light)
+    rows = SparseRows(_starts(path[order], first), np.arange(light.size, dtype=np.int32), light)
     return Finds(rows, places[order])
 
 
-def _starts(path: NDArray[np.uint32], samples: int, paths: int) -> Ints:
-    """First entry of each pixel."""
-    return np.searchsorted(path, np.arange(paths // samples + 1) * samples).astype(np.int64)
+def _starts(path: NDArray[np.uint32], first: Ints) -> Ints:
+    """First entry of each pixel, from its first path."""
+    return np.searchsorted(path, first.astype(np.uint32)).astype(np.int64)
+
+
+def _shared(weight: Floats32, starts: Ints, samples: Ints) -> Floats32:
+    return weight * np.repeat((1.0 / samples).astype(np.float32), np.diff(starts))
 
 
 @nb.njit(cache=True, parallel=True)
 def _moments(
-    path: NDArray[np.uint32], weight: Floats32, starts: Ints, samples: int, replicates: int
+    path: NDArray[np.uint32], weight: Floats32, starts: Ints, first: Ints, replicates: Ints
 ) -> tuple[Floats, Floats]:
     """Variance of one path's light, and of the mean of the replicates' means, for each pixel."""
-    count, part = starts.size - 1, samples // replicates
+    count = replicates.size
     variance, scatter = np.zeros(count), np.zeros(count)
     for p in nb.prange(count):
         square, total, spread = 0.0, 0.0, 0.0
-        k = starts[p]
-        for r in range(replicates):
-            mean, end = 0.0, p * samples + (r + 1) * part
+        k, samples = starts[p], first[p + 1] - first[p]
+        part = samples // replicates[p]
+        for r in range(replicates[p]):
+            mean, end = 0.0, first[p] + (r + 1) * part
             while k < starts[p + 1] and path[k] < end:
                 light = float(weight[k])
                 while k + 1 < starts[p + 1] and path[k + 1] == path[k]:  # its later bounces
@@ -123,7 +123,7 @@ def _moments(
                 square += light * light
             total += mean
             spread += mean * mean
-        mean = total / replicates
+        mean = total / replicates[p]
         variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
-        scatter[p] = max(spread / replicates - mean * mean, 0.0) / (replicates - 1)
+        scatter[p] = max(spread / replicates[p] - mean * mean, 0.0) / (replicates[p] - 1)
     return variance, scatter

@@ -1,8 +1,8 @@
-"""Random numbers of light paths that depend on nothing but the path's number, the seed and what they are for.
+"""Random numbers of light paths that depend on the path's number, the seed and what they are for, no more.
 
-A sequential generator's state would have to travel with every path; these are Mitsuba's ``sample_tea_float32``
-(Zafar et al. 2010, "GPU random numbers via the tiny encryption algorithm") of two words, which lets the paths
-that go on be gathered together, and gives the same numbers in passes of any size.
+A sequential generator's state would have to travel with every path; these are ``sample_tea_float32`` of
+Mitsuba (Zafar et al. 2010, "GPU random numbers via the tiny encryption algorithm") of two words, which lets
+the paths that go on be gathered together, and gives the same numbers in passes of any size.
 """
 
 from __future__ import annotations

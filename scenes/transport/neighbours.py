@@ -12,7 +12,12 @@ WINDOW = 5
 
 
 def summed(values: Floats, where: Bools, *, itself: bool = True) -> Floats:
-    """Sum (h, w) of the values that count around each pixel, with or without the pixel itself. O(pixels)."""
-    kernel = np.ones((WINDOW, WINDOW))
-    kernel[WINDOW // 2, WINDOW // 2] = float(itself)
-    return np.asarray(ndimage.convolve(np.where(where, values, 0.0), kernel, mode="constant"))
+    """Sum (h, w) of the values that count around each pixel, with or without the pixel itself. O(pixels).
+
+    Sums of values that are not negative are not negative.
+    """
+    counted = np.where(where, values, 0.0)
+    ones = np.ones(WINDOW)
+    total = ndimage.correlate1d(counted, ones, axis=0, mode="constant")
+    total = ndimage.correlate1d(total, ones, axis=1, mode="constant")
+    return np.asarray(total if itself else np.maximum(total - counted, 0.0))

@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import drjit as dr
 
@@ -22,6 +21,16 @@ _CAMERA_LENS, _PROJECTOR_LENS, _FIRST_TURN = 0, 2, 4
 _NUMBERS_A_TURN = 7
 """Kinds of random numbers (:class:`Chance`): the lenses at the first surface, then at every turn its choice
 and direction, the projector's lens, and the place within a projector pixel's blur."""
+
+
+class Paths(Protocol):
+    """What is known of some paths beforehand."""
+
+    def uniform(self, turn: int, path: Any) -> tuple[Any, Any] | None:
+        """Numbers of paths for a turn: which way to choose the direction (1D), the direction (2D)."""
+
+    def aim(self, turn: int, path: Any) -> Target | None:
+        """What paths aim at."""
 
 
 class Arrival(NamedTuple):
@@ -48,11 +57,17 @@ class Bounced(NamedTuple):
     left: list[tuple[Any, Any]]
 
 
-def first_surface(mi: Any, scene: Any, optics: Optics, column: Any, row: Any, chance: Chance) -> Any:
-    """What the camera sees at pixel coordinates: a surface interaction."""
+def first_surface(
+    mi: Any, scene: Any, optics: Optics, column: Any, row: Any, chance: Chance, *, paths_each: int = 1
+) -> Any:
+    """What the camera sees at pixel coordinates: a surface interaction, for ``paths_each`` paths in a row."""
     lens = on_lens(mi, optics.camera_aperture_mm, chance, _CAMERA_LENS)
     ray = camera_rays(mi, optics, column, row, lens)
-    return scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
+    hit = scene.ray_intersect_preliminary(ray, coherent=True)
+    if paths_each == 1:
+        return hit.compute_surface_interaction(ray)
+    dr.eval(ray.o, ray.d, hit)
+    return _surface(mi, ray, hit, dr.arange(mi.UInt32, dr.width(column) * paths_each) // paths_each)
 
 
 def direct_light(mi: Any, scene: Any, optics: Optics, si: Any, chance: Chance) -> Lit:
@@ -69,8 +84,7 @@ def later_surfaces(
     chance: Chance,
     bounces: int,
     *,
-    first: tuple[Any, Any] | None = None,
-    aim: Callable[[int, Any], Target | None] = lambda turn, path: None,
+    paths: Paths | None = None,
 ) -> Bounced:
     """Interreflected light that reaches the camera from interaction ``si``.
 
@@ -87,10 +101,8 @@ def later_surfaces(
         Random numbers of the paths.
     bounces
         Surface interactions of the longest path.
-    first
-        Other random numbers for the first turn: which way to choose the direction (1D), the direction (2D).
-    aim
-        Of a turn's number and paths, what they aim at there.
+    paths
+        Better random numbers for the first turns, and what they aim at.
 
     """
     arrivals: list[Arrival] = []
@@ -98,9 +110,10 @@ def later_surfaces(
     path, throughput = dr.arange(mi.UInt32, dr.width(chance.number)), mi.Float(1.0)
     for turn in range(max(bounces - 1, 1)):
         kind = _FIRST_TURN + turn * _NUMBERS_A_TURN
-        uniform = first if first and turn == 0 else (chance.one(mi, kind), chance.two(mi, kind + 1))
+        uniform = paths.uniform(turn, path) if paths else None
+        uniform = uniform or (chance.one(mi, kind), chance.two(mi, kind + 1))
         alive = si.is_valid()
-        towards, weight = turned(mi, si, aim(turn, path), *uniform, alive)
+        towards, weight = turned(mi, si, paths.aim(turn, path) if paths else None, *uniform, alive)
         throughput = dr.select(alive, throughput * weight, 0.0)
         alive = throughput > 0.0
         ray = si.spawn_ray(towards)
@@ -113,14 +126,19 @@ def later_surfaces(
             break
         path, chance = dr.gather(mi.UInt32, path, kept), chance.of(mi, kept)
         throughput = dr.gather(mi.Float, throughput, kept)
-        ray = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
-        si = dr.gather(mi.PreliminaryIntersection3f, hit, kept).compute_surface_interaction(ray)
+        si = _surface(mi, ray, hit, kept)
         places = [dr.gather(mi.Point3f, place, kept) for one in arrivals[-1:] for place in one.places_mm]
         lens = on_lens(mi, optics.projector_aperture_mm, chance, kind + 3)
         lit = projected_light(mi, scene, optics, si, lens, si.is_valid())
         pixel, weight = _one_pixel(mi, optics, lit, throughput, chance.two(mi, kind + 5))
         arrivals.append(Arrival(path, pixel, weight, [*places, si.p]))
     return Bounced([_with_light(mi, one) for one in arrivals], left)
+
+
+def _surface(mi: Any, ray: Any, hit: Any, kept: Any) -> Any:
+    """The surface interactions of the hits at places ``kept``."""
+    ray = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
+    return dr.gather(mi.PreliminaryIntersection3f, hit, kept).compute_surface_interaction(ray)
 
 
 def on_lens(mi: Any, aperture_mm: float, chance: Chance, kind: int) -> Any:

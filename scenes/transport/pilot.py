@@ -71,15 +71,17 @@ def _traced(
     u, v, w = (a.numpy() for a in direct)
     w = w * np.float32(1.0 / samples)
     offsets = np.arange(len(pixels) + 1, dtype=np.int64) * samples
-    ambient = sum(
-        np.bincount(path.numpy() // samples, weights=left.numpy(), minlength=len(pixels))
-        for path, left in bounced.left
-    )
+    ambient = np.zeros(len(pixels))
+    for path, throughput in bounced.left:
+        ambient += np.bincount(path.numpy() // samples, weights=throughput.numpy(), minlength=len(pixels))
     return Pilot(
         pixels=pixels,
         direct=SparseRows(*splat(u, v, w, offsets, shape=optics.rig.projector.shape, profile=optics.profile)),
         bounced=gather(
-            bounced.arrivals, samples=samples, paths=size, replicates=min(REPLICATES, samples), learn=True
+            bounced.arrivals,
+            samples=np.full(len(pixels), samples),
+            replicates=np.full(len(pixels), min(REPLICATES, samples)),
+            learn=True,
         ),
         ambient=(ambient / samples).astype(np.float32),
         centres=response_centres(u, v, w, offsets),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import drjit as dr
@@ -14,12 +14,21 @@ from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
 from scenes.transport.chance import Chance
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
-from scenes.transport.paths import PASS_SAMPLES, first_surface, later_surfaces
-from scenes.transport.sobol import point, reversed_table
+from scenes.transport.paths import PASS_SAMPLES, Arrival, first_surface, later_surfaces
+from scenes.transport.sobol import DIMENSIONS, point, reversed_table
 from scenes.transport.turn import TARGETS, Target
 
 LEAST_SAMPLES = 64
 """Fewer than 16 points a replicate are no net worth the name."""
+_PATHS = 0x5EED
+"""Sets the paths' random numbers apart from the scrambling of their nets."""
+_MOST_PATHS = 1 << 14
+"""Numbers set apart for a pixel's paths. Of more, some share random numbers with another pixel's."""
+_MOST_REPLICATES = 2 * REPLICATES
+"""As many would be a net of twice the points."""
+_PATHS_A_HIT = 4
+"""Paths that start at one place of the pixel: where in the pixel they start is less than a hundredth of the
+variance of interreflected light, and finding the surface there a fifth of the time."""
 _RATE = 0.6
 """The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
 _PILOT_RATIO = 4.0
@@ -73,10 +82,19 @@ def needed_samples(
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
         alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)
-    wanted = np.exp2(np.ceil(np.log2(np.maximum(ratio, 1.0)) / _RATE)).astype(np.int64)
-    wanted = np.clip(wanted, LEAST_SAMPLES, most)
+    wanted = np.clip(_rounded_up(np.maximum(ratio, 1.0) ** (1.0 / _RATE)), LEAST_SAMPLES, most)
     uncertain = np.where(spent < LEAST_SAMPLES, np.maximum(ratio, alone), ratio) > _PILOT_RATIO
     return np.asarray(np.where(seen & uncertain & (wanted > spent), wanted, 0))
+
+
+def _rounded_up(wanted: Floats) -> Ints:
+    """The next number of paths that is 4 to 7 replicates of a power of two.
+
+    More points in a net are worth more than more nets, whose error is the mean of independent ones.
+    """
+    nets = np.exp2(np.floor(np.log2(np.maximum(wanted / REPLICATES, 1.0))))
+    replicates = np.ceil(REPLICATES * np.maximum(wanted / (REPLICATES * nets), 1.0) ** (2.0 * _RATE))
+    return np.asarray(np.minimum(replicates, _MOST_REPLICATES) * nets).astype(np.int64)
 
 
 def around(values: Floats, seen: Bools) -> Floats:
@@ -91,58 +109,100 @@ def refine(
     optics: Optics,
     *,
     pixels: Ints,
-    samples: int,
+    samples: Ints,
     bounces: int,
     seed: int,
     finds: list[Finds],
     learn: bool,
 ) -> Iterator[tuple[Ints, Gathered]]:
-    """Trace ``samples`` paths for each of some flat camera pixels, a few million at a time.
+    """Trace paths for some flat camera pixels, a few million at a time.
 
-    ``finds`` of earlier paths say where to aim; ``learn`` says that there is a round after this one. O(pixels × samples × bounces) rays.
+    ``samples`` (P,) says how many for each, as :func:`needed_samples` does; ``finds`` of earlier paths where
+    to aim; ``learn`` that there is a round after this one. O(paths × bounces) rays.
     """
-    table = mi.UInt32(reversed_table(samples // REPLICATES))
-    each = max(PASS_SAMPLES // samples, 1)
-    for first in range(0, len(pixels), each):
-        some = pixels[first : first + each]
+    nets = 1 << np.log2(samples // REPLICATES).astype(np.int64)
+    table = mi.UInt32(reversed_table(int(nets.max())))
+    passes = np.cumsum(samples) // PASS_SAMPLES
+    for number in np.unique(passes):
+        mine = passes == number
+        some = pixels[mine]
         aims = [aim_of(some, turn, optics.rig.camera.shape) for turn in finds]
-        yield some, _traced(mi, scene, optics, table, some, aims, samples, bounces, seed, learn)
+        paths = _Refined(mi, table, some, samples[mine], nets[mine], aims, seed, learn=learn)
+        arrivals = paths.traced(scene, optics, bounces)
+        yield (
+            some,
+            gather(arrivals, samples=samples[mine], replicates=samples[mine] // nets[mine], learn=learn),
+        )
 
 
-def _traced(
-    mi: Any,
-    scene: Any,
-    optics: Optics,
-    table: Any,
-    pixels: Ints,
-    aims: list[Aim],
-    samples: int,
-    bounces: int,
-    seed: int,
-    learn: bool,
-) -> Gathered:
-    size, width = len(pixels) * samples, optics.rig.camera.width
-    count, part = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, samples // REPLICATES)
-    index = dr.arange(mi.UInt32, size)
-    slot, within = index // count, index % count
-    pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
-    key = mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, seed) * REPLICATES + within // part)[0]
-    column, row, choice, across, up = point(mi, table, within % part, key)
-    number = pixel * count + within
-    chance = Chance(number, mi.sample_tea_32(dr.opaque(mi.UInt32, seed), count)[1])
-    place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
-    si = first_surface(mi, scene, optics, *place, chance)
-    places = [(mi.Float(aim.points_mm.ravel()), mi.Bool(aim.known)) for aim in aims]
+class _Refined:
+    """Paths of a refinement: ``samples`` for each of some pixels, one pixel's after the other."""
 
-    def aim(turn: int, path: Any) -> Target | None:
-        return _target(mi, *places[turn], path // count) if turn < len(places) else None
+    def __init__(
+        self,
+        mi: Any,
+        table: Any,
+        pixels: Ints,
+        samples: Ints,
+        nets: Ints,
+        aims: Sequence[Aim],
+        seed: int,
+        *,
+        learn: bool,
+    ) -> None:
+        def words(numbers: Ints | Floats) -> Any:
+            return mi.UInt32(numbers.astype(np.uint32))
 
-    first = choice, mi.Point2f(across, up)
-    bounced = later_surfaces(mi, scene, optics, si, chance, bounces, first=first, aim=aim)
-    return gather(bounced.arrivals, samples=samples, paths=size, replicates=REPLICATES, learn=learn)
+        self._mi, self._table, self._paths = mi, table, int(samples.sum())
+        # shifts, for a division by what a lane past the end reads, 0, ends the process
+        self._pixel, self._bits = words(pixels), words(np.log2(nets))
+        self._first = words(np.cumsum(samples) - samples)
+        self._slot = words(np.repeat(np.arange(len(pixels)), samples))
+        # no round may use another's numbers: what it aims at depends on what those found
+        self._seed = mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(learn)))[0]
+        self._salt = mi.sample_tea_32(self._seed, mi.UInt32(_PATHS))[0]
+        self._aims = [(mi.Float(aim.points_mm.ravel()), mi.Bool(aim.known)) for aim in aims]
 
+    def traced(self, scene: Any, optics: Optics, bounces: int) -> list[Arrival]:
+        """The light that the paths bring."""
+        mi, width = self._mi, optics.rig.camera.width
+        leading = dr.arange(mi.UInt32, self._paths // _PATHS_A_HIT) * _PATHS_A_HIT
+        pixel = self._of(self._pixel, leading)
+        # of a net's points the first ones, so that they are a net, too
+        column, row = self._point(leading, range(2), share=_PATHS_A_HIT)
+        place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
+        si = first_surface(mi, scene, optics, *place, self._chance(leading), paths_each=_PATHS_A_HIT)
+        every = self._chance(dr.arange(mi.UInt32, self._paths))
+        return later_surfaces(mi, scene, optics, si, every, bounces, paths=self).arrivals
 
-def _target(mi: Any, places: Any, known: Any, slot: Any) -> Target:
-    """Each path's targets, those of its pixel."""
-    points = [dr.gather(mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
-    return Target(points, dr.gather(mi.Bool, known, slot))
+    def uniform(self, turn: int, path: Any) -> tuple[Any, Any] | None:
+        """See :class:`scenes.transport.paths.Paths`."""
+        axes = range(2 + 3 * turn, 5 + 3 * turn)
+        if axes.stop > DIMENSIONS:
+            return None
+        choice, across, up = self._point(path, axes)
+        return choice, self._mi.Point2f(across, up)
+
+    def aim(self, turn: int, path: Any) -> Target | None:
+        """See :class:`scenes.transport.paths.Paths`."""
+        if turn >= len(self._aims):
+            return None
+        places, known = self._aims[turn]
+        slot = dr.gather(self._mi.UInt32, self._slot, path)
+        points = [dr.gather(self._mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
+        return Target(points, dr.gather(self._mi.Bool, known, slot))
+
+    def _of(self, table: Any, path: Any) -> Any:
+        """What a table of the pixels says for paths."""
+        return dr.gather(self._mi.UInt32, table, dr.gather(self._mi.UInt32, self._slot, path))
+
+    def _point(self, path: Any, axes: range, *, share: int = 1) -> list[Any]:
+        """Coordinates of the Sobol points of paths, ``share`` of which in a row share one."""
+        within, bits = path - self._of(self._first, path), self._of(self._bits, path)
+        number = self._of(self._pixel, path) * _MOST_REPLICATES + (within >> bits)
+        key = self._mi.sample_tea_32(number, self._seed)[0]
+        return point(self._mi, self._table, (within & ((1 << bits) - 1)) // share, key, axes)
+
+    def _chance(self, path: Any) -> Chance:
+        within = path - self._of(self._first, path)
+        return Chance(self._of(self._pixel, path) * _MOST_PATHS + within, self._salt)

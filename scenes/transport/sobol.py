@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-DIMENSIONS = 5
-"""The place in the pixel, which component of the surface answers, and the direction of the first turn."""
+DIMENSIONS = 8
+"""The place in the pixel (2), and of each of two turns which way it is chosen and the direction (3)."""
 
 
 def reversed_table(points: int) -> NDArray[np.uint32]:
@@ -32,12 +32,15 @@ def reversed_table(points: int) -> NDArray[np.uint32]:
     return np.ascontiguousarray(back.reshape(-1, 4)).view(">u4").astype(np.uint32).ravel()
 
 
-def point(mi: Any, table: Any, index: Any, key: Any) -> list[Any]:
-    """Coordinates in [0, 1) of point ``index`` of the sequence that ``key`` (a UInt32) scrambles."""
-    count = dr.width(table) // DIMENSIONS
+def point(mi: Any, table: Any, index: Any, key: Any, axes: range = range(DIMENSIONS)) -> list[Any]:
+    """Coordinates in [0, 1) of point ``index`` of the sequence that ``key`` (a UInt32) scrambles.
+
+    ``axes`` says which of them.
+    """
+    count = dr.opaque(mi.UInt32, dr.width(table) // DIMENSIONS)
     return [
         _unit(mi, _scrambled(mi, dr.gather(mi.UInt32, table, index + axis * count), _hash(mi, key, axis)))
-        for axis in range(DIMENSIONS)
+        for axis in axes
     ]
 
 

@@ -88,19 +88,18 @@ def trace(
         if not need.any():
             break
         finds = found(bounced, seen.size)
-        for count in np.unique(need[need > 0]).tolist():
-            pixels = np.flatnonzero(need == count)
-            bounced += refine(
-                mi,
-                scene,
-                optics,
-                pixels=pixels,
-                samples=count,
-                bounces=bounces,
-                seed=seed,
-                finds=finds,
-                learn=most_now < most,
-            )
+        pixels = np.flatnonzero(need)
+        bounced += refine(
+            mi,
+            scene,
+            optics,
+            pixels=pixels,
+            samples=need.ravel()[pixels],
+            bounces=bounces,
+            seed=seed,
+            finds=finds,
+            learn=most_now < most,
+        )
         wanted = np.maximum(wanted, need)
     images = {
         name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
