@@ -14,10 +14,21 @@ WINDOW = 5
 def summed(values: Floats, where: Bools, *, itself: bool = True) -> Floats:
     """Sum (h, w) of the values that count around each pixel, with or without the pixel itself. O(pixels).
 
-    Sums of values that are not negative are not negative.
+    Only pixels about those that count are looked at. Sums of values that are not negative are not negative.
     """
-    counted = np.where(where, values, 0.0)
-    ones = np.ones(WINDOW)
-    total = ndimage.correlate1d(counted, ones, axis=0, mode="constant")
-    total = ndimage.correlate1d(total, ones, axis=1, mode="constant")
-    return np.asarray(total if itself else np.maximum(total - counted, 0.0))
+    sums = np.zeros(where.shape)
+    rows, columns = (_reached(where.any(axis=axis)) for axis in (1, 0))
+    counted = np.where(where[rows, columns], values[rows, columns], 0.0)
+    total = counted
+    for axis in (0, 1):
+        total = ndimage.correlate1d(total, np.ones(WINDOW), axis=axis, mode="constant")
+    sums[rows, columns] = total if itself else np.maximum(total - counted, 0.0)
+    return sums
+
+
+def _reached(some: Bools) -> slice:
+    """From the first to the last that counts, and what its neighbourhood reaches."""
+    found = np.flatnonzero(some)
+    if not found.size:
+        return slice(0)
+    return slice(max(int(found[0]) - WINDOW // 2, 0), int(found[-1]) + WINDOW // 2 + 1)

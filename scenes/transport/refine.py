@@ -75,16 +75,20 @@ def needed_samples(
         Paths that no pixel exceeds, a power of two.
 
     """
-    light = direct + around(indirect, seen)
+    count = np.maximum(summed(np.ones(seen.shape), seen, itself=False), 1.0)
+    light = direct + summed(indirect, seen, itself=False) / count
     bright = np.percentile(light[seen], 99.0) if seen.any() else 0.0
     whole = np.maximum(light, _DARK * bright)
     limit = error * np.sqrt(whole * np.maximum(whole, _DIM * bright))
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(np.sqrt(around(variance, seen)) / limit)
+        ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False) / count) / limit)
         alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)
-    wanted = np.clip(_rounded_up(np.maximum(ratio, 1.0) ** (1.0 / _RATE)), LEAST_SAMPLES, most)
     uncertain = np.where(spent < LEAST_SAMPLES, np.maximum(ratio, alone), ratio) > _PILOT_RATIO
-    return np.asarray(np.where(seen & uncertain & (wanted > spent), wanted, 0))
+    asked = np.flatnonzero(seen & uncertain)
+    wanted = np.clip(_rounded_up(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE)), LEAST_SAMPLES, most)
+    need = np.zeros(seen.shape, np.int64)
+    need.flat[asked] = np.where(wanted > spent.flat[asked], wanted, 0)
+    return need
 
 
 def _rounded_up(wanted: Floats) -> Ints:
@@ -95,12 +99,6 @@ def _rounded_up(wanted: Floats) -> Ints:
     nets = np.exp2(np.floor(np.log2(np.maximum(wanted / REPLICATES, 1.0))))
     replicates = np.ceil(REPLICATES * np.maximum(wanted / (REPLICATES * nets), 1.0) ** (2.0 * _RATE))
     return np.asarray(np.minimum(replicates, _MOST_REPLICATES) * nets).astype(np.int64)
-
-
-def around(values: Floats, seen: Bools) -> Floats:
-    """Mean over each pixel's neighbours that were traced, without itself; 0 where there are none."""
-    total, count = summed(values, seen, itself=False), summed(np.ones(seen.shape), seen, itself=False)
-    return np.asarray(total / np.maximum(count, 1.0))
 
 
 def refine(

@@ -17,7 +17,7 @@ _KAPPA = 1.0 / 0.25**2
 """Concentration of the directions about a place (von Mises & Fisher), 0.25 rad: eight places must cover what
 few paths found. From 0.2 to 0.45 rad the error hardly changes (polished, ground, turned,
 brass); 0.1 makes half as much again."""
-_SHARE = 0.7
+_SHARE = 0.5
 """Of the paths that aim; the rest bounds the loss of a bad aim to a doubled variance."""
 
 
