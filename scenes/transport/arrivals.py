@@ -36,11 +36,12 @@ class Finds(NamedTuple):
 class Gathered(NamedTuple):
     """Rows of some pixels, in their order.
 
-    ``rows``: the light of each projector pixel. ``variance`` (P,): of one sample's light. ``scatter`` (P,):
-    variance of the mean of the replicates' means. ``finds``: for the first two turns, the paths that carry
-    light, if they were asked for.
+    ``samples`` (P,): paths of each. ``rows``: the light of each projector pixel. ``variance`` (P,): of one
+    sample's light. ``scatter`` (P,): variance of the mean of the replicates' means. ``finds``: for the first
+    two turns, the paths that carry light, if they were asked for.
     """
 
+    samples: Ints
     rows: SparseRows
     variance: Floats
     scatter: Floats
@@ -76,7 +77,9 @@ def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, lear
     variance, scatter = _moments(path, weight, starts, first, replicates)
     rows = SparseRows(starts, pixel.astype(np.int32), _shared(weight, starts, samples))
     turns = range(_LEARNT_TURNS) if learn else range(0)
-    return Gathered(rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, first) for turn in turns))
+    return Gathered(
+        samples, rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, first) for turn in turns)
+    )
 
 
 def _finds(arrivals: Sequence[Arrival], turn: int, first: Ints) -> Finds:
@@ -100,14 +103,14 @@ def _shared(weight: Floats32, starts: Ints, samples: Ints) -> Floats32:
     return weight * np.repeat((1.0 / samples).astype(np.float32), np.diff(starts))
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def _moments(
     path: NDArray[np.uint32], weight: Floats32, starts: Ints, first: Ints, replicates: Ints
 ) -> tuple[Floats, Floats]:
     """Variance of one path's light, and of the mean of the replicates' means, for each pixel."""
     count = replicates.size
     variance, scatter = np.zeros(count), np.zeros(count)
-    for p in nb.prange(count):
+    for p in range(count):
         square, total, spread = 0.0, 0.0, 0.0
         k, samples = starts[p], first[p + 1] - first[p]
         part = samples // replicates[p]

@@ -45,12 +45,13 @@ def needed_samples(
     *,
     direct: Floats,
     indirect: Floats,
-    spent: Ints,
+    refined: Ints,
+    pilot: int,
     seen: Bools,
     error: float,
     most: int,
 ) -> Ints:
-    """How many paths each pixel needs, (h, w); 0 where those it had suffice.
+    """How many more paths each pixel needs, (h, w); 0 where those it had suffice.
 
     How much interreflected light a pixel has, and how much that varies, is read off its neighbours: a pixel
     that was dark by chance would otherwise be left dark, and one that was bright refined, and the mean of all
@@ -65,8 +66,10 @@ def needed_samples(
         (h, w) of the interreflected light of one path.
     direct, indirect
         (h, w) light; the direct is known well from the start.
-    spent
-        (h, w) paths that each pixel had.
+    refined
+        (h, w) paths of refinements that each pixel had.
+    pilot
+        Paths that each had of the pilot; they do not count once there are others.
     seen
         (h, w) pixels that were traced.
     error
@@ -83,11 +86,15 @@ def needed_samples(
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False) / count) / limit)
         alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)
-    uncertain = np.where(spent < LEAST_SAMPLES, np.maximum(ratio, alone), ratio) > _PILOT_RATIO
+    uncertain = (
+        np.where((refined == 0) & (pilot < LEAST_SAMPLES), np.maximum(ratio, alone), ratio) > _PILOT_RATIO
+    )
     asked = np.flatnonzero(seen & uncertain)
-    wanted = np.clip(_rounded_up(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE)), LEAST_SAMPLES, most)
+    had = refined.flat[asked]
+    wanted = np.minimum(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE), most)
+    more = np.minimum(_rounded_up(np.maximum(wanted - had, LEAST_SAMPLES)), _rounded_down(most - had))
     need = np.zeros(seen.shape, np.int64)
-    need.flat[asked] = np.where(wanted > spent.flat[asked], wanted, 0)
+    need.flat[asked] = np.where((wanted > np.maximum(had, pilot)) & (more >= LEAST_SAMPLES), more, 0)
     return need
 
 
@@ -96,9 +103,15 @@ def _rounded_up(wanted: Floats) -> Ints:
 
     More points in a net are worth more than more nets, whose error is the mean of independent ones.
     """
-    nets = np.exp2(np.floor(np.log2(np.maximum(wanted / REPLICATES, 1.0))))
-    replicates = np.ceil(REPLICATES * np.maximum(wanted / (REPLICATES * nets), 1.0) ** (2.0 * _RATE))
+    nets = np.exp2(np.floor(np.log2(wanted / REPLICATES)))
+    replicates = np.ceil(REPLICATES * (wanted / (REPLICATES * nets)) ** (2.0 * _RATE))
     return np.asarray(np.minimum(replicates, _MOST_REPLICATES) * nets).astype(np.int64)
+
+
+def _rounded_down(wanted: Ints) -> Ints:
+    """The last such number."""
+    nets = np.exp2(np.floor(np.log2(np.maximum(wanted / REPLICATES, 1.0))))
+    return np.asarray(np.floor(wanted / nets) * nets).astype(np.int64)
 
 
 def refine(

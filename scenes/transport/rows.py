@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 
-from burrscan.arrays import Floats32, Ints, Ints32, freeze
+from burrscan.arrays import Floats, Floats32, Ints, Ints32, freeze
 
 _BLOCK = 256  # camera pixels relit together: their accumulators stay in the L1 cache
 
@@ -57,30 +57,54 @@ def scattered(parts: list[tuple[Ints, SparseRows]], count: int) -> SparseRows:
 
     ``parts`` are the flat pixels and their rows. O(entries + count).
     """
-    part_of, row_of = np.full(count, -1), np.zeros(count, np.int64)
+    part_of = np.full(count, -1)
     for number, (pixels, _) in enumerate(parts):
-        part_of[pixels], row_of[pixels] = number, np.arange(len(pixels))
+        part_of[pixels] = number
+    return added(
+        [
+            (pixels, rows, (part_of[pixels] == number).astype(float))
+            for number, (pixels, rows) in enumerate(parts)
+        ],
+        count,
+    )
+
+
+def added(parts: list[tuple[Ints, SparseRows, Floats]], count: int) -> SparseRows:
+    """Rows of ``count`` pixels: the sum of those of some, each row multiplied by its share.
+
+    ``parts`` are the flat pixels, their rows and the shares (P,); rows of share 0 leave no entry.
+    O(entries + count).
+    """
+    taken = [(np.flatnonzero(share), np.diff(rows.starts)) for _, rows, share in parts]
     lengths = np.zeros(count, np.int64)
-    for number, (_, rows) in enumerate(parts):
-        mine = part_of == number
-        lengths[mine] = np.diff(rows.starts)[row_of[mine]]
+    for (pixels, _, _), (mine, entries) in zip(parts, taken, strict=True):
+        lengths[pixels[mine]] += entries[mine]
     starts = np.concatenate([[0], np.cumsum(lengths)])
     columns, values = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.float32)
-    for number, (_, rows) in enumerate(parts):
-        mine = np.flatnonzero(part_of == number)
-        _copy_rows(rows.starts, rows.columns, rows.values, row_of[mine], starts[mine], columns, values)
+    free = starts[:-1].copy()
+    for (pixels, rows, share), (mine, entries) in zip(parts, taken, strict=True):
+        to, by = free[pixels[mine]], share[mine].astype(np.float32)
+        _copy_rows(rows.starts, rows.columns, rows.values, mine, to, by, columns, values)
+        free[pixels[mine]] += entries[mine]
     return SparseRows(starts, columns, values)
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def _copy_rows(
-    starts: Ints, columns: Ints32, values: Floats32, rows: Ints, to: Ints, out: Ints32, light: Floats32
+    starts: Ints,
+    columns: Ints32,
+    values: Floats32,
+    rows: Ints,
+    to: Ints,
+    by: Floats32,
+    out: Ints32,
+    light: Floats32,
 ) -> None:
-    for k in nb.prange(rows.size):
+    for k in range(rows.size):
         first, count = starts[rows[k]], starts[rows[k] + 1] - starts[rows[k]]
         for i in range(count):
             out[to[k] + i] = columns[first + i]
-            light[to[k] + i] = values[first + i]
+            light[to[k] + i] = values[first + i] * by[k]
 
 
 @nb.njit(cache=True, parallel=True)

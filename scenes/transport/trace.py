@@ -20,7 +20,7 @@ from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.pilot import pilots
 from scenes.transport.refine import LEAST_SAMPLES, needed_samples, refine
-from scenes.transport.rows import scattered
+from scenes.transport.rows import added, scattered
 from scenes.transport.uncertainty import standard_error
 
 
@@ -70,17 +70,17 @@ def trace(
     first = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)
     direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
-    wanted = np.zeros(view.shape, np.int64)
+    refined = np.zeros(view.shape, np.int64)
     white_direct = direct.row_sums().reshape(view.shape).astype(float)
     # a first round shows where light comes from, and how much it varies
     for most_now in (LEAST_SAMPLES, most):
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
-        spent = np.where(wanted > 0, wanted, samples)
         need = needed_samples(
             variance,
             direct=white_direct,
             indirect=_image([(pixels, one.rows.row_sums()) for pixels, one in bounced], view.shape),
-            spent=spent,
+            refined=refined,
+            pilot=samples,
             seen=seen,
             error=error,
             most=most_now,
@@ -100,15 +100,20 @@ def trace(
             finds=finds,
             learn=most_now < most,
         )
-        wanted = np.maximum(wanted, need)
+        refined += need
     images = {
         name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
         for i, name in enumerate(("u_px", "v_px", "spread_px"))
     }
+    shares = [
+        _share(refined.flat[pixels], one.samples, pilot=k < len(first))
+        for k, (pixels, one) in enumerate(bounced)
+    ]
+    shared = list(zip(bounced, shares, strict=True))
     sigma = standard_error(
-        _image([(pixels, one.variance) for pixels, one in bounced], view.shape),
-        _image([(pixels, one.scatter) for pixels, one in bounced], view.shape),
-        samples=wanted,
+        _sum([(pixels, one.variance * share) for (pixels, one), share in shared], view.shape),
+        _sum([(pixels, one.scatter * share**2) for (pixels, one), share in shared], view.shape),
+        samples=refined,
         pilot=samples,
         seen=seen,
     )
@@ -116,11 +121,26 @@ def trace(
         camera_shape=view.shape,
         projector_shape=optics.rig.projector.shape,
         direct=direct,
-        indirect=scattered([(pixels, one.rows) for pixels, one in bounced], seen.size),
+        indirect=added([(pixels, one.rows, share) for (pixels, one), share in shared], seen.size),
         ambient=_image([(one.pixels, one.ambient) for one in first], view.shape).astype(np.float32),
         indirect_sigma=sigma.astype(np.float32),
         **images,
     )
+
+
+def _share(refined: Ints, samples: Ints, *, pilot: bool) -> Floats:
+    """Of all paths of each pixel: by number; the pilot has none where there was a refinement.
+
+    How many paths a pixel gets does not depend on the light that its own earlier ones found.
+    """
+    return (refined == 0).astype(float) if pilot else samples / refined
+
+
+def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats:
+    image = np.zeros(shape)
+    for pixels, values in parts:
+        image.flat[pixels] += values
+    return image
 
 
 def _image(
