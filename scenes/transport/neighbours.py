@@ -17,7 +17,7 @@ def summed(values: Floats, where: Bools, *, itself: bool = True) -> Floats:
     Only pixels about those that count are looked at. Sums of values that are not negative are not negative.
     """
     sums = np.zeros(where.shape)
-    rows, columns = (_reached(where.any(axis=axis)) for axis in (1, 0))
+    rows, columns = (_reached(np.asarray(where.any(axis=axis))) for axis in (1, 0))
     counted = np.where(where[rows, columns], values[rows, columns], 0.0)
     total = counted
     for axis in (0, 1):

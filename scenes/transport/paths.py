@@ -121,7 +121,7 @@ def later_surfaces(
         met = alive & hit.is_valid()
         dr.eval(met, throughput, ray.o, ray.d, hit, *(list(one) for one in arrivals[-1:]))
         left.append((path, dr.select(met, 0.0, throughput)))
-        kept = dr.compress(met)
+        kept: Any = dr.compress(met)
         if turn == bounces - 1 or dr.width(kept) == 0:
             break
         path, chance = dr.gather(mi.UInt32, path, kept), chance.of(mi, kept)
@@ -150,7 +150,7 @@ def _with_light(mi: Any, all_of_them: Arrival) -> Arrival:
     """The paths with light."""
     path, pixel, weight, places = all_of_them
     dr.eval(path, pixel, weight, places)
-    kept = dr.compress(weight > 0.0)
+    kept: Any = dr.compress(weight > 0.0)
     return Arrival(
         dr.gather(mi.UInt32, path, kept),
         dr.gather(mi.UInt32, pixel, kept),

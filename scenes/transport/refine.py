@@ -22,6 +22,8 @@ LEAST_SAMPLES = 64
 """Fewer than 16 points a replicate are no net worth the name."""
 _PATHS = 0x5EED
 """Sets the paths' random numbers apart from the scrambling of their nets."""
+_LEAST_MORE = LEAST_SAMPLES // 2
+"""Of a later round, whose paths join those of the first."""
 _MOST_PATHS = 1 << 14
 """Numbers set apart for a pixel's paths. Of more, some share random numbers with another pixel's."""
 _MOST_REPLICATES = 2 * REPLICATES
@@ -91,10 +93,10 @@ def needed_samples(
     )
     asked = np.flatnonzero(seen & uncertain)
     had = refined.flat[asked]
-    wanted = np.minimum(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE), most)
-    more = np.minimum(_rounded_up(np.maximum(wanted - had, LEAST_SAMPLES)), _rounded_down(most - had))
+    wanted = np.clip(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
+    more = np.minimum(_rounded_up(np.maximum(wanted - had, _LEAST_MORE)), _rounded_down(most - had))
     need = np.zeros(seen.shape, np.int64)
-    need.flat[asked] = np.where((wanted > np.maximum(had, pilot)) & (more >= LEAST_SAMPLES), more, 0)
+    need.flat[asked] = np.where((wanted > np.maximum(had, pilot)) & (more >= _LEAST_MORE), more, 0)
     return need
 
 
