@@ -73,7 +73,7 @@ def trace(
     refined = np.zeros(view.shape, np.int64)
     white_direct = direct.row_sums().reshape(view.shape).astype(float)
     # a first round shows where light comes from, and how much it varies
-    for most_now in (LEAST_SAMPLES, most):
+    for learn, most_now in ((True, LEAST_SAMPLES), (False, most)):
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
         need = needed_samples(
             variance,
@@ -98,7 +98,7 @@ def trace(
             bounces=bounces,
             seed=seed,
             finds=finds,
-            learn=most_now < most,
+            learn=learn,
         )
         refined += need
     images = {

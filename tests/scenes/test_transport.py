@@ -21,7 +21,8 @@ from scenes.transport.hits import centre_hits
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
-from scenes.transport.rows import SparseRows, empty_rows
+from scenes.transport.refine import needed_samples
+from scenes.transport.rows import SparseRows, added, empty_rows
 from scenes.transport.splat import splat
 from scenes.transport.stock import stock_ambient, stock_image, stock_images
 from scenes.transport.store import stored
@@ -195,6 +196,63 @@ def test_most_paths_are_a_power_of_two(mi: Any) -> None:
     spec = RigSpec(scale=0.125)
     with pytest.raises(InputError, match="power of two"):
         trace(mi, None, uneven(spec), most=100)
+
+
+def test_paths_are_asked_for_in_whole_nets_and_never_too_many() -> None:
+    """4 to 7 replicates of a power of two, at least what is needed, with those before at most the most."""
+    rng = np.random.default_rng(0)
+    shape, seen = (40, 50), np.ones((40, 50), np.bool_)
+    variance = np.exp(rng.uniform(-9.0, 4.0)) * np.exp2(np.arange(50) * 0.3 + np.zeros(shape))
+    refined = rng.choice([0, 64], size=shape)
+    for most in (64, 128, 1024):
+        need = needed_samples(
+            variance,
+            direct=np.ones(shape),
+            indirect=np.ones(shape),
+            refined=refined,
+            pilot=16,
+            seen=seen,
+            error=0.02,
+            most=most,
+        )
+        asked = need[need > 0]
+        nets = 1 << np.log2(asked // 4).astype(int)
+        assert asked.size > 50
+        assert (asked % nets == 0).all()
+        assert np.isin(asked // nets, [4, 5, 6, 7]).all()
+        assert (refined + need)[need > 0].max() <= most
+    assert len(np.unique(asked)) > 8
+
+
+def test_rows_are_added_by_their_share() -> None:
+    one = SparseRows(np.array([0, 2, 3]), np.array([1, 4, 2], np.int32), np.array([1, 2, 3], np.float32))
+    two = SparseRows(np.array([0, 1, 2]), np.array([4, 0], np.int32), np.array([8, 16], np.float32))
+    rows = added(
+        [(np.array([5, 1]), one, np.array([0.25, 0.0])), (np.array([1, 5]), two, np.array([1.0, 0.75]))], 7
+    )
+    dense = np.zeros((7, 5))
+    np.add.at(dense, (np.repeat(np.arange(7), np.diff(rows.starts)), rows.columns), rows.values)
+    expected = np.zeros((7, 5))
+    expected[5, [1, 4, 0]] = 0.25, 0.5, 12.0
+    expected[1, 4] = 8.0
+    assert np.array_equal(dense, expected)
+    assert len(rows.values) == 4
+
+
+@pytest.mark.parametrize(
+    "given", [{"most": 64}, {"most": 128}, {"bounces": 2}, {"bounces": 4}, {"samples": 64}]
+)
+def test_other_numbers_of_paths_and_bounces_agree(mi: Any, wheel: Wheel, given: dict[str, int]) -> None:
+    """The sum of all light by other settings is that of many pilot paths alone, which know no aim."""
+    optics = uneven(RigSpec(scale=0.125))
+    mesh = wheel_mesh(mi, wheel, pose(RigSpec(scale=0.125)), bsdf("ground"))
+    scene = mi.load_dict({"type": "scene", "wheel": mesh})
+    plain = {key: value for key, value in given.items() if key == "bounces"}
+    ours = trace(mi, scene, optics, seed=3, **given)
+    many = trace(mi, scene, optics, seed=4, error=np.inf, samples=1024, **plain)
+    sigma = np.sqrt((ours.indirect_sigma**2).sum() + (many.indirect_sigma**2).sum())
+    assert abs(ours.white_indirect.sum() - many.white_indirect.sum()) < 4.0 * sigma
+    assert sigma < 0.02 * many.white_indirect.sum()
 
 
 def test_same_seed_same_bits(mi: Any, wheel: Wheel) -> None:
