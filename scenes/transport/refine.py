@@ -77,7 +77,7 @@ def needed_samples(
     error
         Standard error to be reached, relative to the pixel's whole light.
     most
-        Paths that no pixel exceeds, a power of two.
+        Paths that a round gives no pixel more of, a power of two: half the points would be worse nets.
 
     """
     count = np.maximum(summed(np.ones(seen.shape), seen, itself=False), 1.0)
@@ -94,9 +94,9 @@ def needed_samples(
     asked = np.flatnonzero(seen & uncertain)
     had = refined.flat[asked]
     wanted = np.clip(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
-    more = np.minimum(_rounded_up(np.maximum(wanted - had, _LEAST_MORE)), _rounded_down(most - had))
+    more = np.minimum(_rounded_up(np.maximum(wanted - had, _LEAST_MORE)), most)
     need = np.zeros(seen.shape, np.int64)
-    need.flat[asked] = np.where((wanted > np.maximum(had, pilot)) & (more >= _LEAST_MORE), more, 0)
+    need.flat[asked] = np.where(wanted > np.maximum(had, pilot), more, 0)
     return need
 
 
@@ -108,12 +108,6 @@ def _rounded_up(wanted: Floats) -> Ints:
     nets = np.exp2(np.floor(np.log2(wanted / REPLICATES)))
     replicates = np.ceil(REPLICATES * (wanted / (REPLICATES * nets)) ** (2.0 * _RATE))
     return np.asarray(np.minimum(replicates, _MOST_REPLICATES) * nets).astype(np.int64)
-
-
-def _rounded_down(wanted: Ints) -> Ints:
-    """The last such number."""
-    nets = np.exp2(np.floor(np.log2(np.maximum(wanted / REPLICATES, 1.0))))
-    return np.asarray(np.floor(wanted / nets) * nets).astype(np.int64)
 
 
 def refine(

@@ -53,7 +53,7 @@ def trace(
         Standard error of a pixel's interreflected light, relative to its whole light, above which it gets
         more paths; infinite for none.
     most
-        Paths that no pixel exceeds, a power of two.
+        Further paths that no pixel exceeds, beyond a first round of 64; a power of two.
 
     Complexity: O(paths × bounces) rays; memory O(paths that carry light + one pass).
 
