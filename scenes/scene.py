@@ -60,7 +60,8 @@ class RenderSpec:
         Standard error of a pixel's interreflected light, as a share of its whole light, above which it gets
         more paths: half the error costs three to four times the paths. Infinite refines nothing.
     most
-        Further paths that no pixel exceeds, beyond the first 64; a power of two. What they leave is stated with the transport.
+        Further paths that no pixel exceeds, beyond the first 64; a power of two. What they leave is stated
+        with the transport.
 
     """
 

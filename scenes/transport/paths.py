@@ -14,7 +14,7 @@ from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
 from scenes.transport.turn import Target, turned
 
-PASS_SAMPLES = 1 << 22
+PASS_SAMPLES = 1 << 21
 """Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
 
 _CAMERA_LENS, _PROJECTOR_LENS, _FIRST_TURN = 0, 2, 4
