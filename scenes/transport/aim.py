@@ -51,19 +51,19 @@ def aim_of(pixels: Ints, finds: Finds, shape: tuple[int, int]) -> Aim:
     """Choose places for flat camera pixels, drawn by light from their neighbourhood's finds.
 
     Systematic resampling: a place is chosen as often as its share of the light says.
-    O(pixels × finds around).
+    O(pixels × finds around). In one thread: waiting for others costs more than the work.
     """
     rows = finds.light
     return Aim(*_resampled(pixels, rows.starts, rows.columns, rows.values, finds.points_mm, *shape))
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def _resampled(
     pixels: Ints, starts: Ints, paths: Ints32, light: Floats32, points: Floats32, height: int, width: int
 ) -> tuple[Floats32, Bools]:
     chosen = np.zeros((pixels.size, TARGETS, 3), np.float32)
     known = np.zeros(pixels.size, np.bool_)
-    for p in nb.prange(pixels.size):
+    for p in range(pixels.size):
         rows = _rows_around(pixels[p], height, width)
         total = 0.0
         for first, last in rows:

@@ -15,11 +15,11 @@ from scenes.transport.chance import Chance
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
 from scenes.transport.paths import PASS_SAMPLES, Arrival, first_surface, later_surfaces
-from scenes.transport.sobol import DIMENSIONS, point, reversed_table
+from scenes.transport.sobol import DIMENSIONS, point, reversed_nets
 from scenes.transport.turn import TARGETS, Target
 
 LEAST_SAMPLES = 64
-"""Fewer than 16 points a replicate are no net worth the name."""
+"""Fewer than 32 points a replicate are no net worth the name."""
 _PATHS = 0x5EED
 """Sets the paths' random numbers apart from the scrambling of their nets."""
 _LEAST_MORE = LEAST_SAMPLES // 2
@@ -28,9 +28,9 @@ _MOST_PATHS = 1 << 14
 """Numbers set apart for a pixel's paths. Of more, some share random numbers with another pixel's."""
 _MOST_REPLICATES = 2 * REPLICATES
 """As many would be a net of twice the points."""
-_PATHS_A_HIT = 4
+_PATHS_A_HIT = 8
 """Paths that start at one place of the pixel: where in the pixel they start is less than a hundredth of the
-variance of interreflected light, and finding the surface there a fifth of the time."""
+variance of interreflected light, and finding the surface there for each took a fifth of the time."""
 _RATE = 0.6
 """The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
 _PILOT_RATIO = 4.0
@@ -101,7 +101,7 @@ def needed_samples(
 
 
 def _rounded_up(wanted: Floats) -> Ints:
-    """The next number of paths that is 4 to 7 replicates of a power of two.
+    """The next number of paths that is 2 or 3 replicates of a power of two.
 
     More points in a net are worth more than more nets, whose error is the mean of independent ones.
     """
@@ -128,7 +128,7 @@ def refine(
     to aim; ``learn`` that there is a round after this one. O(paths × bounces) rays.
     """
     nets = 1 << np.log2(samples // REPLICATES).astype(np.int64)
-    table = mi.UInt32(reversed_table(int(nets.max())))
+    table = mi.UInt32(reversed_nets(int(nets.max())))
     passes = np.cumsum(samples) // PASS_SAMPLES
     for number in np.unique(passes):
         mine = passes == number
@@ -208,7 +208,8 @@ class _Refined:
         within, bits = path - self._of(self._first, path), self._of(self._bits, path)
         number = self._of(self._pixel, path) * _MOST_REPLICATES + (within >> bits)
         key = self._mi.sample_tea_32(number, self._seed)[0]
-        return point(self._mi, self._table, (within & ((1 << bits) - 1)) // share, key, axes)
+        size = self._mi.UInt32(1) << bits
+        return point(self._mi, self._table, (size + (within & (size - 1))) // share, key, axes)
 
     def _chance(self, path: Any) -> Chance:
         within = path - self._of(self._first, path)

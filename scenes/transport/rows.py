@@ -107,10 +107,10 @@ def _copy_rows(
             light[to[k] + i] = values[first + i] * by[k]
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def _row_sums(starts: Ints, values: Floats32) -> Floats32:
     sums = np.empty(starts.size - 1, np.float32)
-    for p in nb.prange(starts.size - 1):
+    for p in range(starts.size - 1):
         total = 0.0
         for k in range(starts[p], starts[p + 1]):
             total += values[k]

@@ -20,20 +20,30 @@ DIMENSIONS = 8
 """The place in the pixel (2), and of each of two turns which way it is chosen and the direction (3)."""
 
 
-def reversed_table(points: int) -> NDArray[np.uint32]:
-    """The first ``points`` (a power of two) Sobol points as bit-reversed integers, (DIMENSIONS · points,).
+_SORTED_BY = 2
+"""The axis that chooses the way of the first turn."""
 
-    Reversed, because the scrambling works from the least significant bit upwards.
+
+def reversed_nets(points: int) -> NDArray[np.uint32]:
+    """The nets of 1, 2, 4 ... ``points`` first Sobol points as bit-reversed integers, (DIMENSIONS · 2 points,).
+
+    The net of n points starts at row n. Its points are in the order of the axis that chooses the way of the
+    first turn, which the scrambling leaves in place but within intervals: paths in a row go the same way, and
+    rays that are traced together stay together. Reversed, because the scrambling works from the least
+    significant bit upwards.
     """
     engine = qmc.Sobol(DIMENSIONS, scramble=False, bits=32)
-    integers = np.rint(engine.random(points) * 2.0**32).astype(np.uint64).astype(np.uint32)
+    first = np.rint(engine.random(points) * 2.0**32).astype(np.uint64).astype(np.uint32)
+    sizes = 1 << np.arange(points.bit_length())
+    nets = [first[:size][np.argsort(first[:size, _SORTED_BY])] for size in sizes.tolist()]
+    integers = np.concatenate([first[:1], *nets])
     bits = np.unpackbits(np.ascontiguousarray(integers.T).astype(">u4").view(np.uint8), bitorder="big")
     back = np.packbits(bits.reshape(-1, 32)[:, ::-1], axis=1, bitorder="big")
     return np.ascontiguousarray(back.reshape(-1, 4)).view(">u4").astype(np.uint32).ravel()
 
 
 def point(mi: Any, table: Any, index: Any, key: Any, axes: range = range(DIMENSIONS)) -> list[Any]:
-    """Coordinates in [0, 1) of point ``index`` of the sequence that ``key`` (a UInt32) scrambles.
+    """Coordinates in [0, 1) of row ``index`` of :func:`reversed_nets`, scrambled by ``key`` (a UInt32).
 
     ``axes`` says which of them.
     """

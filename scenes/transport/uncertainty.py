@@ -13,7 +13,7 @@ def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: i
 
     For the pilot's independent paths it is the scatter of single paths over √n, pooled over the neighbours,
     for a few paths may all miss. A refined pixel's replicates show what its net gains over independent paths;
-    four replicates show it roughly, so the gain is pooled over the refined neighbours.
+    two or three replicates show it roughly, so the gain is pooled over the refined neighbours.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from scipy.stats import norm
 from bench.checks.zoomed import ZOOMS, Compared, compare
 from burrscan.arrays import Floats, Floats32
 from scenes.renderer import activate
-from scenes.transport.sobol import DIMENSIONS, point, reversed_table
+from scenes.transport.sobol import DIMENSIONS, point, reversed_nets
 
 _TESTED = ("ridge-lying-ground", "ridge-turned", "rim-ground", "nick-chrome", "groove-polished")
 
@@ -119,8 +119,8 @@ def test_errors_of_single_pixels_are_small(scenes: dict[str, Compared]) -> None:
 
 
 def test_sobol_points_are_a_net_and_pixels_have_nothing_in_common(mi: Any) -> None:
-    table = mi.UInt32(reversed_table(64))
-    index = mi.UInt32(np.tile(np.arange(64), 512))
+    table = mi.UInt32(reversed_nets(64))
+    index = mi.UInt32(np.tile(64 + np.arange(64), 512))
     key = mi.UInt32(np.repeat(np.arange(512), 64))
     points = np.stack([axis.numpy() for axis in point(mi, table, index, key)]).reshape(DIMENSIONS, 512, 64)
     assert points.min() >= 0.0
