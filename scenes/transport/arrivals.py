@@ -18,9 +18,9 @@ _LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
 REPLICATES = 2
-"""Least independent scramblings of a refined pixel: their scatter is its error (Owen 1997). Two nets, not four
-of half the size, make errors smaller by a tenth; their one degree of freedom is enough, for what a net gains is
-pooled over the neighbours (:mod:`scenes.transport.uncertainty`)."""
+"""Least independent scramblings of a refined pixel: their scatter is its error (Owen 1997). Two nets instead
+of four of half the size make errors smaller by a tenth. Their one degree of freedom is enough, for what a net
+gains is pooled over the neighbours (:mod:`scenes.transport.uncertainty`)."""
 
 
 class Finds(NamedTuple):

@@ -25,7 +25,8 @@ _PATHS = 0x5EED
 _LEAST_MORE = LEAST_SAMPLES // 2
 """Of a later round, whose paths join those of the first."""
 _MOST_PATHS = 1 << 14
-"""Numbers set apart for a pixel's paths. Of more, some share random numbers with another pixel's."""
+"""Numbers set apart for a pixel's paths. Pixels 2^18 apart share those of lenses and blur, for words have 32
+bits, but no direction of the first two turns: those are Sobol points."""
 _MOST_REPLICATES = 2 * REPLICATES
 """As many would be a net of twice the points."""
 _PATHS_A_HIT = 8

@@ -25,7 +25,7 @@ _SORTED_BY = 2
 
 
 def reversed_nets(points: int) -> NDArray[np.uint32]:
-    """The nets of 1, 2, 4 ... ``points`` first Sobol points as bit-reversed integers, (DIMENSIONS · 2 points,).
+    """The first 1, 2, 4 ... ``points`` Sobol points as bit-reversed integers, (DIMENSIONS · 2 points,).
 
     The net of n points starts at row n. Its points are in the order of the axis that chooses the way of the
     first turn, which the scrambling leaves in place but within intervals: paths in a row go the same way, and

@@ -105,11 +105,8 @@ def trace(
         name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
         for i, name in enumerate(("u_px", "v_px", "spread_px"))
     }
-    shares = [
-        _share(refined.flat[pixels], one.samples, pilot=k < len(first))
-        for k, (pixels, one) in enumerate(bounced)
-    ]
-    shared = list(zip(bounced, shares, strict=True))
+    paths = [(pixels, one.samples) for pixels, one in bounced]
+    shared = list(zip(bounced, shares(paths, refined=refined.ravel(), pilots=len(first)), strict=True))
     sigma = standard_error(
         _sum([(pixels, one.variance * share) for (pixels, one), share in shared], view.shape),
         _sum([(pixels, one.scatter * share**2) for (pixels, one), share in shared], view.shape),
@@ -128,12 +125,17 @@ def trace(
     )
 
 
-def _share(refined: Ints, samples: Ints, *, pilot: bool) -> Floats:
-    """Of all paths of each pixel: by number; the pilot has none where there was a refinement.
+def shares(parts: Sequence[tuple[Ints, Ints]], *, refined: Ints, pilots: int) -> list[Floats]:
+    """What the paths of each part count for in their pixels: by number; a pilot's not if there are others.
 
-    How many paths a pixel gets does not depend on the light that its own earlier ones found.
+    How many paths a pixel gets does not depend on the light that its own earlier ones found. ``parts`` are
+    flat pixels and the paths of each, the first ``pilots`` of them the pilot's; ``refined`` (flat camera
+    pixels) counts the paths of all others.
     """
-    return (refined == 0).astype(float) if pilot else samples / refined
+    return [
+        (refined[pixels] == 0).astype(float) if k < pilots else samples / refined[pixels]
+        for k, (pixels, samples) in enumerate(parts)
+    ]
 
 
 def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats:
