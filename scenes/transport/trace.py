@@ -70,6 +70,13 @@ def trace(
     first = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)
     direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
+    images = {
+        name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
+        for i, name in enumerate(("u_px", "v_px", "spread_px"))
+    }
+    ambient = _image([(one.pixels, one.ambient) for one in first], view.shape).astype(np.float32)
+    pilot_parts = len(first)
+    del first  # its rows are in ``direct``
     refined = np.zeros(view.shape, np.int64)
     white_direct = direct.row_sums().reshape(view.shape).astype(float)
     # a first round shows where light comes from, and how much it varies
@@ -88,6 +95,8 @@ def trace(
         if not need.any():
             break
         finds = found(bounced, seen.size)
+        if not learn:  # nobody asks the parts again
+            bounced = [(pixels, one._replace(finds=())) for pixels, one in bounced]
         pixels = np.flatnonzero(need)
         bounced += refine(
             mi,
@@ -101,12 +110,8 @@ def trace(
             learn=learn,
         )
         refined += need
-    images = {
-        name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
-        for i, name in enumerate(("u_px", "v_px", "spread_px"))
-    }
     paths = [(pixels, one.samples) for pixels, one in bounced]
-    shared = list(zip(bounced, shares(paths, refined=refined.ravel(), pilots=len(first)), strict=True))
+    shared = list(zip(bounced, shares(paths, refined=refined.ravel(), pilots=pilot_parts), strict=True))
     sigma = standard_error(
         _sum([(pixels, one.variance * share) for (pixels, one), share in shared], view.shape),
         _sum([(pixels, one.scatter * share**2) for (pixels, one), share in shared], view.shape),
@@ -119,7 +124,7 @@ def trace(
         projector_shape=optics.rig.projector.shape,
         direct=direct,
         indirect=added([(pixels, one.rows, share) for (pixels, one), share in shared], seen.size),
-        ambient=_image([(one.pixels, one.ambient) for one in first], view.shape).astype(np.float32),
+        ambient=ambient,
         indirect_sigma=sigma.astype(np.float32),
         **images,
     )
