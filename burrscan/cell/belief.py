@@ -44,9 +44,10 @@ class Belief:
         (S,) how much more or less often than its tilt says a row of cells along the generatrix is measured: a
         groove that mirrors itself answers from nowhere.
     suspicion
-        (S, AROUND) weight of places where something was found that is not yet sure.
+        (2, S, AROUND) weight of places where something was found that is not yet sure: what lies along the
+        generatrix, and what lies around the axis.
     unfaced
-        (S, AROUND) weight of places where something is known that was seen obliquely only.
+        (2, S, AROUND) weight of places where something is known that was seen from aside only.
 
     """
 
@@ -103,7 +104,10 @@ class Belief:
 def belief_of(chart: Chart, looks: Sequence[tuple[Outlook, Floats]]) -> Belief:
     """The belief after some looks: outlooks of the whole chart and densities, (S, AROUND) each."""
     belief = Belief(
-        np.ones(chart.shape), np.zeros(chart.shape), np.zeros(chart.shape), np.ones(chart.shape[0])
+        np.ones(chart.shape),
+        np.zeros((2, *chart.shape)),
+        np.zeros((2, *chart.shape)),
+        np.ones(chart.shape[0]),
     )
     belief.learn(looks)
     for _, density in looks:
@@ -134,4 +138,4 @@ def density_of(chart: Chart, points_mm: Floats, seen: Outlook, *, px_mm: float) 
 
 def shifted(values: NDArray[Any], cells: int) -> NDArray[Any]:
     """A map turned by so many cells around the axis."""
-    return np.roll(values, cells % AROUND, axis=1)
+    return np.roll(values, cells % AROUND, axis=-1)

@@ -10,9 +10,9 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
-from burrscan.cell.chart import Chart
+from burrscan.cell.belief import SURE
+from burrscan.cell.chart import Chart, walked
 from burrscan.inspection import Axis, Burr, Value
-from burrscan.pose import placed
 
 FALSE_CALLS = 0.07
 """Calls per look that are no burr, blemishes included: 8 on 120 wheels of the suite ``standard`` (three are
@@ -23,11 +23,11 @@ _LITTLE = 0.3
 """A look that would have found a burr there with less probability says nothing by its silence."""
 _SIDE_RIGHT = 0.97
 """Share of calls in one look whose side is right (``standard``: 71 of 72)."""
-OBLIQUE_DEG = 45.0
-"""Seen under more than this, a burr hides what is behind it by more than its own height: heights of such
-looks were off by up to 4 mm, those of others by 0.2 (docs/cell.md)."""
+ASIDE_DEG = 30.0
+"""Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
+measured by what it mirrors well before: heights of such looks were two or three times too large."""
 UNFACED = 0.1
-"""Worth, in burrs, of facing one that is called and was seen obliquely only: its size, and often its side."""
+"""Worth, in burrs, of facing one that is called and was seen from aside only: its size, often its side."""
 _CERTAIN = 0.5
 """A burr is called from this probability on."""
 _SUSPICIOUS = (0.02, 0.95)
@@ -46,15 +46,18 @@ class Call:
         As it was called.
     T_plate_burr
         (4, 4) its pose over the plate.
-    slope_deg
-        Angle between the surface's normal there and the camera.
+    aside_deg
+        Angle between the surface's normal there and the camera, as it lies across the burr's line.
+    bare
+        Looks that measured bare metal under it (:func:`burrscan.cell.flatness.bare`).
 
     """
 
     look: int
     burr: Burr
     T_plate_burr: Floats
-    slope_deg: float
+    aside_deg: float
+    bare: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -81,13 +84,13 @@ class Place:
 
     @property
     def certain(self) -> bool:
-        """Whether it is called: not on the word of one oblique look alone, whatever its odds."""
+        """Whether it is called: not on the word of one look from aside alone, whatever its odds."""
         return self.probability >= _CERTAIN and (self.faced or len(self.calls) > 1)
 
     @property
     def faced(self) -> bool:
         """Whether a look that called it saw it from a direction that tells sizes and sides."""
-        return min(call.slope_deg for call in self.calls) <= OBLIQUE_DEG
+        return min(call.aside_deg for call in self.calls) <= ASIDE_DEG
 
     @property
     def suspicion(self) -> float:
@@ -116,8 +119,9 @@ def joined(
 ) -> tuple[Place, ...]:
     """Calls of all looks by place, with the probability that a burr is there.
 
-    A real burr is called in each look that would have found it; a false call comes of noise, and is called
-    in one look, or of a blemish, and is called from some sides. The odds are those of the two rates.
+    A real burr is called in each look that would have found it, and one that measured bare metal under it
+    would have; a false call comes of noise, and is called in one look, or of a blemish, and is called from
+    some sides. The odds are those of the two rates.
 
     Parameters
     ----------
@@ -160,7 +164,7 @@ def _groups(calls: Sequence[Call]) -> list[list[int]]:
 
 
 def _same(one: Call, other: Call) -> bool:
-    reach = _SAME_MM + 0.5 * max(one.burr.width_mm.value, other.burr.width_mm.value)
+    reach = _SAME_MM + 0.5 * min(one.burr.width_mm.value, other.burr.width_mm.value)
     return _apart(one, other) < reach
 
 
@@ -176,6 +180,8 @@ def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burr
     chance = np.max([_chance(call, frame, chart, chances) for call in calls], axis=0)
     called = np.zeros(len(chances), np.bool_)
     called[[call.look for call in calls]] = True
+    against = list(frozenset.intersection(*(call.bare for call in calls)))
+    chance[against] = np.maximum(chance[against], SURE)
     chance = np.where(called, np.maximum(chance, _LITTLE), chance)
     silent = ~called & (chance >= _LITTLE)
     real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
@@ -191,8 +197,7 @@ def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:
     """(n,) per look the mean chance over the cells that the burr crosses."""
     half = 0.5 * call.burr.length_mm.value
     along = np.linspace(-half, half, 7)
-    points = call.T_plate_burr[:3, 3] + along[:, None] * call.T_plate_burr[:3, 0]
-    cell, around = chart.cells_of(placed(frame, points), within_mm=10.0)
+    cell, around = chart.cells_of(walked(frame @ call.T_plate_burr, along), within_mm=10.0)
     known: Ints = np.flatnonzero(cell >= 0)
     if not len(known):
         return np.zeros(len(chances))
@@ -231,9 +236,9 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
 
 
 def _facing(calls: list[Call]) -> list[Call]:
-    """The calls whose looks tell sizes; where none does, the least oblique one."""
-    faced = [call for call in calls if call.slope_deg <= OBLIQUE_DEG]
-    return faced or [min(calls, key=lambda call: call.slope_deg)]
+    """The calls whose looks tell sizes; where none does, the one from least aside."""
+    faced = [call for call in calls if call.aside_deg <= ASIDE_DEG]
+    return faced or [min(calls, key=lambda call: call.aside_deg)]
 
 
 def _side(calls: list[Call]) -> Literal["protrusion", "nick"]:

@@ -12,9 +12,11 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE, Belief, belief_of, density_of
 from burrscan.cell.chart import Chart, chart_of
 from burrscan.cell.evidence import Call, Place, joined
+from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
-from burrscan.cell.outlook import Outlook, outlook
-from burrscan.inspection import Axis, Generatrix
+from burrscan.cell.outlook import STEEPEST_DEG, Outlook, outlook
+from burrscan.generatrix import deviation_mm
+from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
 from burrscan.pose import placed
 from burrscan.registration import PosedSurface
@@ -79,18 +81,24 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     eyes = [T_part_plate @ pose for pose in found.T_world_camera]
     chart = chart_of(found.generatrix)
     seen: list[tuple[Outlook, Floats]] = []
-    for eye, (_, outcome) in zip(eyes, good, strict=True):
+    clouds: list[tuple[Floats, Floats]] = []
+    for eye, pose, (_, outcome) in zip(eyes, found.T_world_camera, good, strict=True):
         view = outlook(chart, rig, np.linalg.inv(eye), chart.angles)
         measured = placed(eye, outcome.surface.vertices_mm)
+        on_plate = placed(pose, outcome.surface.vertices_mm)
+        clouds.append((measured, deviation_mm(on_plate, found.axis, found.generatrix)))
         px_mm = float(np.median(outcome.surface.vertices_mm[:, 2])) / rig.camera.fx
         seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
     belief = belief_of(chart, seen)
-    chances = np.stack([np.where(view.seen, SURE * density, 0.0) for view, density in seen])
+    # what was measured was in sight, whatever the silhouette says: it fills grooves
+    chances = np.stack(
+        [np.where(view.slope_deg < STEEPEST_DEG, SURE * density, 0.0) for view, density in seen]
+    )
     calls = [
-        Call(number, burr, found.T_world_camera[number] @ burr.T_mesh_burr, _slope_deg(burr.T_mesh_burr))
+        _call(number, burr, found.T_world_camera[number], T_part_plate, clouds)
         for number, (_, outcome) in enumerate(good)
         for burr in outcome.inspection.burrs
-        if np.isfinite(burr.T_mesh_burr).all()
+        if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     places = joined(calls, axis=found.axis, chart=chart, chances=chances, burrs=burrs)
     for place in places:
@@ -98,10 +106,27 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     return Fused(found, chart, belief, places)
 
 
-def _slope_deg(T_camera_burr: Floats) -> float:
-    """Angle between a burr's outward normal and the way to the camera."""
-    away = -T_camera_burr[:3, 3] / np.linalg.norm(T_camera_burr[:3, 3])
-    return float(np.degrees(np.arccos(np.clip(away @ T_camera_burr[:3, 2], -1.0, 1.0))))
+def _call(
+    look: int, burr: Burr, T_plate_camera: Floats, T_part_plate: Floats, clouds: list[tuple[Floats, Floats]]
+) -> Call:
+    pose = np.asarray(T_plate_camera @ burr.T_mesh_burr, float)
+    against = [
+        number
+        for number, (points, deviation) in enumerate(clouds)
+        if number != look and bare(burr, T_part_plate @ pose, points, deviation)
+    ]
+    return Call(look, burr, pose, _aside_deg(burr.T_mesh_burr), frozenset(against))
+
+
+def _towards(T_camera_burr: Floats) -> Floats:
+    """(3,) the way to the camera along the burr's axes: what has it behind the surface cannot be seen."""
+    return np.asarray(-T_camera_burr[:3, :3].T @ T_camera_burr[:3, 3])
+
+
+def _aside_deg(T_camera_burr: Floats) -> float:
+    """Angle between a burr's outward normal and the way to the camera, across its line."""
+    _, across, over = _towards(T_camera_burr)
+    return float(np.degrees(np.arctan2(abs(across), over)))
 
 
 def _posed(look: Look, outcome: Outcome) -> PosedSurface:
@@ -111,8 +136,10 @@ def _posed(look: Look, outcome: Outcome) -> PosedSurface:
 
 def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats) -> None:
     """Put a place's suspicion on the map."""
-    at = (T_part_plate @ place.burr.T_mesh_burr)[:3, 3]
-    along, around = chart.cells_of(at[None], within_mm=10.0)
+    pose = T_part_plate @ place.burr.T_mesh_burr
+    along, around = chart.cells_of(pose[None, :3, 3], within_mm=10.0)
     if along[0] >= 0:
-        belief.suspicion[along[0], around[0]] += place.suspicion
-        belief.unfaced[along[0], around[0]] += place.unfaced
+        x, y = pose[:2, 3] / max(float(np.hypot(*pose[:2, 3])), 1e-9)
+        line = int(abs(pose[:3, 0] @ [-y, x, 0.0]) > np.sqrt(0.5))
+        belief.suspicion[line, along[0], around[0]] += place.suspicion
+        belief.unfaced[line, along[0], around[0]] += place.unfaced

@@ -32,15 +32,20 @@ class Outlook:
         the cell mirrors the projector into the camera.
     slope_deg
         Angle between its normal and the camera.
+    aside_deg
+        (2, S, N) the same angle as it lies across a line along the generatrix, and across one around the
+        axis: what stands on such a line hides what is behind it by the tangent of that.
 
     """
 
     seen: Bools
     tilt_deg: Floats
     slope_deg: Floats
+    aside_deg: Floats
 
     def __post_init__(self) -> None:
         freeze(self, seen=self.seen, tilt_deg=self.tilt_deg, slope_deg=self.slope_deg)
+        freeze(self, aside_deg=self.aside_deg)
 
 
 def outlook(
@@ -67,11 +72,10 @@ def outlook(
     O(S N steps). The part hides and shades itself by its silhouette: undercuts count as filled.
 
     """
-    points, normals = chart.points_mm(angles), chart.normals(angles)
-    if lean_deg:
-        lean = np.radians(lean_deg)
-        around = np.stack([-np.sin(angles), np.cos(angles), np.zeros_like(angles)], axis=1)
-        normals = np.cos(lean) * normals + np.sin(lean) * around[None]
+    points, upright = chart.points_mm(angles), chart.normals(angles)
+    around = np.stack([-np.sin(angles), np.cos(angles), np.zeros_like(angles)], axis=1)[None]
+    lean = np.radians(lean_deg)
+    normals = np.cos(lean) * upright + np.sin(lean) * around
     seen_by = placed(T_camera_part, points)
     part_from_camera = np.linalg.inv(T_camera_part)
     eyes = [placed(part_from_camera, centre) for centre in (np.zeros(3), rig.projector_centre_mm)]
@@ -85,7 +89,14 @@ def outlook(
         seen[seen] = _free(chart, points[seen], way[seen])
     half = ways[0] + ways[1]
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
-    return Outlook(seen, _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0]))
+    over = (ways[0] * upright).sum(axis=-1)
+    aside = [(ways[0] * line).sum(axis=-1) for line in (around, np.cross(upright, around))]
+    return Outlook(
+        seen,
+        _degrees((half * normals).sum(axis=-1)),
+        _degrees(cosines[0]),
+        np.degrees(np.arctan2(np.abs(np.stack(aside)), over)),
+    )
 
 
 def _inside(pixels: Floats, shape: tuple[int, int]) -> Bools:

@@ -9,6 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.axis.basis import T_part_mesh
+from burrscan.cell.chart import walked
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
@@ -181,14 +182,13 @@ def _stations(
 
     And (N,) whether there is a surface.
     """
-    x, y, z = T_part_burr[:3, 3]
-    r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
+    x, y = T_part_burr[:2, 3]
+    angle = float(np.arctan2(y, x))
     radial = np.array([np.cos(angle), np.sin(angle), 0.0])
     around = np.array([-np.sin(angle), np.cos(angle), 0.0])
-    step = along[:, None] * T_part_burr[:3, 0] + across * T_part_burr[:3, 1]
-    # walked on the surface of revolution: what goes around goes around at this radius
-    angles = angle + step @ around / max(r, 1e-6)
-    foot = feet_of(z + step[:, 2], r + step @ radial, line)
+    places = walked(T_part_burr, along, across)
+    angles = np.arctan2(places[:, 1], places[:, 0])
+    foot = feet_of(places[:, 2], np.hypot(places[:, 0], places[:, 1]), line)
     on_part = foot.valid
     at, normal = _levelled(line, foot, radius_mm)
     cosine, sine = np.cos(angles), np.sin(angles)

@@ -7,7 +7,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.cell.belief import SURE, Belief, shifted
 from burrscan.cell.choices import Arm
-from burrscan.cell.evidence import OBLIQUE_DEG
+from burrscan.cell.evidence import ASIDE_DEG
 from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import seconds
 from burrscan.cell.station import turned
@@ -23,7 +23,7 @@ def expected(known: Known) -> list[int]:
     What a look is worth is the number of burrs that it would show for the first time: over cells, how many
     there may be times what is left times the probability that the cell is in sight, answers (learnt by the
     tilt of its normal from the looks so far), and is found. A suspicious place counts in the same currency,
-    where a look faces it and one of its flanks answers; so does a burr that was seen obliquely only.
+    where a look faces it and one of its flanks answers; so does a burr that was seen from aside only.
     O(choices × cells).
     """
     if known.belief is None or known.chart is None:
@@ -50,19 +50,19 @@ def _finds(arm: Arm, belief: Belief) -> Floats:
 
 
 def _shows_flank(arm: Arm, belief: Belief) -> Floats:
-    """(S, around) probability that a flank of what stands in a cell, seen from in front, answers."""
+    """(2, S, around) probability that a flank of what stands in a cell, seen from in front, answers."""
     dark = [np.where(flank.seen, 1.0 - belief.answer(flank.tilt_deg), 1.0) for flank in arm.flanks]
     return np.where(_faced(arm), 1.0 - dark[0] * dark[1], 0.0)
 
 
 def _faces(arm: Arm, belief: Belief) -> Floats:
-    """(S, around) probability that a look measures a cell from in front."""
+    """(2, S, around) probability that a look measures a cell from in front."""
     return np.where(_faced(arm), _finds(arm, belief), 0.0)
 
 
 def _faced(arm: Arm) -> Bools:
-    """(S, around) whether a look has a cell in sight and less oblique than its sizes need."""
-    return np.asarray(arm.surface.seen & (arm.surface.slope_deg <= OBLIQUE_DEG))
+    """(2, S, around) whether a look has a cell in sight and from less aside than sizes need, by the line."""
+    return np.asarray(arm.surface.seen & (arm.surface.aside_deg <= ASIDE_DEG))
 
 
 def _poses(known: Known, number: int) -> tuple[Floats, Floats]:

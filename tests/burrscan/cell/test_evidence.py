@@ -15,8 +15,8 @@ from tests.burrscan.cell.parts import axis, burr, generatrix
 _CHART = chart_of(generatrix())
 
 
-def _call(look: int, made: Burr, slope_deg: float = 20.0) -> Call:
-    return Call(look, made, np.array(made.T_mesh_burr), slope_deg)
+def _call(look: int, made: Burr, aside_deg: float = 20.0, *, bare: tuple[int, ...] = ()) -> Call:
+    return Call(look, made, np.array(made.T_mesh_burr), aside_deg, frozenset(bare))
 
 
 def _joined(calls: list[Call], *chances: float) -> tuple[Place, ...]:
@@ -54,6 +54,14 @@ def test_a_look_that_could_not_see_says_nothing() -> None:
     assert denied.suspicion > 0.2
 
 
+def test_bare_metal_under_a_call_speaks_against_it_unless_another_call_has_none() -> None:
+    # what the map says of the second look does not matter: it measured the metal under the call
+    (ghost,) = _joined([_call(0, burr(), bare=(1, 2))], SURE, 0.0, 0.0)
+    assert ghost.probability < 0.2
+    (real,) = _joined([_call(0, burr(), bare=(2,)), _call(1, burr())], SURE, SURE, 0.0)
+    assert real.probability > 0.95
+
+
 def test_confirmed_calls_are_sure_and_lone_ones_suspicious() -> None:
     (confirmed,) = _joined([_call(n, burr()) for n in range(3)], SURE, SURE, SURE)
     (lone,) = _joined([_call(0, burr())], SURE, SURE)
@@ -80,16 +88,16 @@ def test_looks_that_disagree_widen_the_deviation() -> None:
     assert place.burr.height_mm.sigma == pytest.approx(0.2 / np.sqrt(3.0), rel=0.05)
 
 
-def test_oblique_looks_do_not_tell_sizes_or_sides() -> None:
+def test_looks_from_aside_do_not_tell_sizes_or_sides() -> None:
     faced = _call(0, burr(height_mm=1.0))
-    oblique = _call(1, burr(height_mm=4.0, side="nick", sigma_mm=0.001, significance=90.0), slope_deg=64.0)
+    oblique = _call(1, burr(height_mm=4.0, side="nick", sigma_mm=0.001, significance=90.0), aside_deg=64.0)
     (place,) = _joined([faced, oblique], SURE, SURE)
     assert place.burr.side == "protrusion"
     assert place.burr.height_mm.value == pytest.approx(1.0)
-    (unfaced,) = _joined([_call(0, oblique.burr, slope_deg=64.0)], SURE)
+    (unfaced,) = _joined([_call(0, oblique.burr, aside_deg=64.0)], SURE)
     assert unfaced.unfaced > 0.05  # it is to be looked at from in front
     assert unfaced.probability > 0.9
     assert not unfaced.certain
-    (twice,) = _joined([_call(n, burr(), slope_deg=60.0) for n in range(2)], SURE, SURE)
+    (twice,) = _joined([_call(n, burr(), aside_deg=60.0) for n in range(2)], SURE, SURE)
     assert twice.certain
     assert place.unfaced == 0.0

@@ -110,3 +110,13 @@ def test_a_leaning_flank_faces_another_way(stepped: Chart) -> None:
     row = 5
     assert leaning.slope_deg[row, here] == pytest.approx(50.0, abs=6.0)
     assert upright.slope_deg[row, here] < 10.0
+
+
+def test_aside_is_the_slope_across_a_line(stepped: Chart) -> None:
+    view = outlook(stepped, rig(), facing(0.0), stepped.angles)
+    row = 5  # of the drum, 15 mm beside the camera's height at most
+    beside = np.minimum(stepped.angles, 2.0 * np.pi - stepped.angles) < np.radians(60.0)
+    along, around = view.aside_deg[:, row, beside]
+    # a level camera: a line along the axis is seen from aside by what the drum turns away
+    assert np.allclose(along, view.slope_deg[row, beside], atol=0.6)
+    assert around.max() < 6.0

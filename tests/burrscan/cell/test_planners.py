@@ -71,7 +71,7 @@ def known(taken: tuple[int, ...], *, most: int = 8, suspicion: tuple[int, float]
         looks.append((view, seen.astype(float)))
     belief = belief_of(chart, looks)
     if suspicion is not None:
-        belief.suspicion[5, suspicion[0]] = suspicion[1]
+        belief.suspicion[0, 5, suspicion[0]] = suspicion[1]
     return Known(
         station=cell, choices=choices, taken=taken, most=most, burrs=2.0, rng=np.random.default_rng(3),
         chart=chart, belief=belief, arms=arms,
