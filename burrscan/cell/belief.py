@@ -48,6 +48,8 @@ class Belief:
         generatrix, and what lies around the axis.
     unfaced
         (2, S, AROUND) weight of places where something is known that was seen from aside only.
+    found
+        Burrs that are called so far.
 
     """
 
@@ -57,6 +59,7 @@ class Belief:
     rows: Floats
     measured: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[0]))
     missed: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[1]))
+    found: int = 0
 
     def answer(self, tilt_deg: Floats) -> Floats:
         """(S, N) probability that a cell in sight is measured, by its tilt and its row."""
@@ -82,6 +85,15 @@ class Belief:
         self.measured += np.bincount(place, share, len(self.measured))
         self.missed += np.bincount(place, 1.0 - share, len(self.missed))
 
+    def rate(self, chart: Chart, *, burrs: float) -> float:
+        """Expected number of burrs on a whole part like this one: where some were found, there are more.
+
+        Burrs fall like raindrops, at a rate that differs from part to part; of rates with the mean ``burrs``
+        the exponential distribution supposes least. What was found on the share of the part that was covered
+        makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section 2.6).
+        """
+        return (1.0 + self.found) / (1.0 / burrs + 1.0 - self._share(chart, None))
+
     def left_in(self, chart: Chart, *, burrs: float, sights: Bools | None = None) -> float:
         """Probability that a burr is left in what can be seen at all.
 
@@ -95,10 +107,14 @@ class Belief:
             (S, AROUND) True where some pose shows the cell; all of them by default.
 
         """
+        covered = 1.0 / burrs + 1.0 - self._share(chart, None)
+        return float(1.0 - (covered / (covered + self._share(chart, sights))) ** (1.0 + self.found))
+
+    def _share(self, chart: Chart, sights: Bools | None) -> float:
+        """Of the part's area what no look would have shown, in sight."""
         area = np.broadcast_to(chart.area_mm2[:, None], chart.shape)
-        area = area if sights is None else np.where(sights, area, 0.0)
-        share = float((area * self.left).sum() / max(area.sum(), 1e-12))
-        return float(1.0 - np.exp(-burrs * share))
+        hidden = area * self.left if sights is None else np.where(sights, area * self.left, 0.0)
+        return float(hidden.sum() / area.sum())
 
 
 def belief_of(chart: Chart, looks: Sequence[tuple[Outlook, Floats]]) -> Belief:

@@ -17,6 +17,8 @@ from burrscan.inspection import Axis, Burr, Value
 FALSE_CALLS = 0.07
 """Calls per look that are no burr, blemishes included: 8 on 120 wheels of the suite ``standard`` (three are
 on bright spots). Here a look's calls that no other look confirms are measured against it."""
+_BLEMISHES = 3.0 / 8.0
+"""Share of them that are on blemishes; the others are noise."""
 _SAME_MM = 3.0
 """Calls of one burr lie this near each other across it: more than the robot's word leaves open."""
 _LITTLE = 0.3
@@ -164,7 +166,7 @@ def _groups(calls: Sequence[Call]) -> list[list[int]]:
 
 
 def _same(one: Call, other: Call) -> bool:
-    reach = _SAME_MM + 0.5 * min(one.burr.width_mm.value, other.burr.width_mm.value)
+    reach = _SAME_MM + 0.5 * max(one.burr.width_mm.value, other.burr.width_mm.value)
     return _apart(one, other) < reach
 
 
@@ -185,10 +187,11 @@ def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burr
     chance = np.where(called, np.maximum(chance, _LITTLE), chance)
     silent = ~called & (chance >= _LITTLE)
     real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
-    # a false call has that many looks to arise in; what confirms it must be false as well, from a
-    # blemish that is there, so that it is confirmed as often as not
+    # a false call has that many looks to arise in. Of a blemish that is there the other looks confirm it as
+    # often as not; of noise none does
     told = int(called.sum() + silent.sum())
-    false = np.log(FALSE_CALLS * told) + (told - 1) * np.log(0.5)
+    lone = (1.0 - _BLEMISHES) * (called.sum() == 1)
+    false = np.log(FALSE_CALLS * told * (lone + _BLEMISHES * 0.5 ** (told - 1)))
     probability = float(1.0 / (1.0 + np.exp(np.clip(false - real, -50.0, 50.0))))
     return Place(tuple(calls), chance, probability, _burr(calls, frame))
 

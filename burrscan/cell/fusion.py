@@ -101,6 +101,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     places = joined(calls, axis=found.axis, chart=chart, chances=chances, burrs=burrs)
+    belief.found = sum(place.certain for place in places)
     for place in places:
         _suspect(belief, chart, place, T_part_plate)
     return Fused(found, chart, belief, places)

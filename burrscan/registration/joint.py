@@ -370,7 +370,6 @@ def _result(
     z = [_middle(p, pose, row.z) for p, pose, row in zip(points, state.poses, rows, strict=True)]
     part = _world_axis(state, covariance, float(np.mean(z)), steps)
     poses = state.T_world_part @ state.poses
-    clouds = [placed(pose, p) for p, pose in zip(points, poses, strict=True)]
     return Joint(
         T_world_camera=poses,
         covariance=_world_covariance(state, covariance),
@@ -380,7 +379,7 @@ def _result(
             axis_at(np.linalg.inv(pose), _block(covariance, n), middle, evaluations=steps)
             for n, (pose, middle) in enumerate(zip(state.poses, z, strict=True))
         ),
-        generatrix=_common_curve(clouds, part, sigma),
+        generatrix=_common_curve(views, poses, part, sigma),
         noise_mm=noise,
         used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
         roll_sigma_deg=_roll_sigma_deg(covariance, count),
@@ -389,11 +388,19 @@ def _result(
     )
 
 
-def _common_curve(clouds: list[Floats], axis: Axis, sigma: list[Floats]) -> Generatrix:
-    """The curve of all views' points."""
+def _common_curve(
+    views: Sequence[PosedSurface], poses: Floats, axis: Axis, sigma: list[Floats]
+) -> Generatrix:
+    """The curve of all views' points; their faces tell which side of it is air."""
+    clouds = [placed(pose, view.vertices_mm) for view, pose in zip(views, poses, strict=True)]
+    first = np.cumsum([0, *(len(cloud) for cloud in clouds[:-1])])
+    faces = [view.faces + start for view, start in zip(views, first, strict=True)]
     try:
         return fit_generatrix(
-            np.concatenate(clouds), np.zeros((0, 3), np.int32), axis, sigma_mm=np.concatenate(sigma)
+            np.concatenate(clouds),
+            np.concatenate(faces).astype(np.int32),
+            axis,
+            sigma_mm=np.concatenate(sigma),
         )
     except InputError as error:
         raise InputError(

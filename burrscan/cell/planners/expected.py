@@ -29,7 +29,8 @@ def expected(known: Known) -> list[int]:
     if known.belief is None or known.chart is None:
         return list(range(len(known.choices)))
     chart, belief = known.chart, known.belief
-    area = known.burrs * chart.area_mm2[:, None] / float(chart.area_mm2.sum() * chart.shape[1])
+    rate = belief.rate(chart, burrs=known.burrs)
+    area = rate * chart.area_mm2[:, None] / float(chart.area_mm2.sum() * chart.shape[1])
     worth = [area * _finds(arm, belief) for arm in known.arms]
     proof = [_shows_flank(arm, belief) for arm in known.arms]
     faces = [_faces(arm, belief) for arm in known.arms]

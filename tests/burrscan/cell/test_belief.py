@@ -19,8 +19,9 @@ def test_left_is_the_chance_of_a_burr_that_every_look_missed() -> None:
     for looks in (1, 2, 3):
         belief = belief_of(chart, [(view, half)] * looks)
         share = 0.5 + 0.5 * (1.0 - SURE) ** looks
-        # burrs fall like raindrops: none is left with probability exp(-expected number left)
-        assert belief.left_in(chart, burrs=2.0) == pytest.approx(1.0 - np.exp(-2.0 * share))
+        # nothing found on the rest: the rate of an exponential mean of 2 has become one over 1/2 + the rest
+        assert belief.rate(chart, burrs=2.0) == pytest.approx(1.0 / (0.5 + 1.0 - share))
+        assert belief.left_in(chart, burrs=2.0) == pytest.approx(share / 1.5)
 
 
 def test_left_agrees_with_burrs_thrown_at_random() -> None:
@@ -30,16 +31,20 @@ def test_left_agrees_with_burrs_thrown_at_random() -> None:
     densities = [rng.uniform(size=chart.shape) for _ in range(2)]
     belief = belief_of(chart, [(view, density) for density in densities])
     weight = np.broadcast_to(chart.area_mm2[:, None], chart.shape).ravel()
-    trials, left = 4000, 0
-    for _ in range(trials):
-        place = rng.choice(weight.size, size=rng.poisson(2.0), p=weight / weight.sum())
+    parts: dict[int, list[bool]] = {}
+    for _ in range(8000):
+        # parts differ in how many burrs they have
+        place = rng.choice(weight.size, size=rng.poisson(rng.exponential(2.0)), p=weight / weight.sum())
         missed = np.ones(len(place), bool)
         for density in densities:
             missed &= rng.uniform(size=len(place)) > SURE * density.ravel()[place]
-        left += bool(missed.any())
-    stated = belief.left_in(chart, burrs=2.0)
-    z = (left / trials - stated) / np.sqrt(stated * (1.0 - stated) / trials)
-    assert abs(z) < 4.0
+        parts.setdefault(int((~missed).sum()), []).append(bool(missed.any()))
+    for found in range(4):
+        belief.found = found
+        stated, count = belief.left_in(chart, burrs=2.0), len(parts[found])
+        z = (np.mean(parts[found]) - stated) / np.sqrt(stated * (1.0 - stated) / count)
+        assert count > 300
+        assert abs(z) < 4.0
 
 
 def test_the_density_of_a_full_grid_is_one() -> None:

@@ -38,7 +38,7 @@ def test_the_odds_are_those_of_the_two_rates() -> None:
     # called in one look of three that would have found it: Bayes by hand
     (place,) = _joined([_call(0, burr())], SURE, SURE, SURE)
     real = 2.0 * SURE * (1.0 - SURE) ** 2
-    false = FALSE_CALLS * 3 * 0.5**2
+    false = FALSE_CALLS * 3 * (5.0 / 8.0 + 3.0 / 8.0 * 0.5**2)
     assert place.probability == pytest.approx(real / (real + false))
     assert not place.certain
 
