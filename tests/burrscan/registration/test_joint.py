@@ -13,7 +13,9 @@ from scipy.stats import chi2
 from burrscan.arrays import Floats
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.errors import InputError
+from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis
+from burrscan.pose import placed
 from burrscan.registration.joint import Joint, PosePrior, joint
 from tests.burrscan.registration.turned import ARC_DEG, HALF_MM, Shot, bosses, radius, shot
 from tests.burrscan.registration.views import motion, true_pose
@@ -236,6 +238,18 @@ def test_the_curve_is_the_true_one(found: dict[int, list[tuple[Shot, Joint]]]) -
         np.median(np.abs(r[inner] - radius(sense * z[inner] + shift))) for shift in np.arange(-2.0, 2.0, 0.01)
     ]
     assert min(off) < 0.01
+
+
+def test_the_faces_tell_which_side_is_air() -> None:
+    """The same points as a shaft and as a bore: what lies farther from the axis is outside, or within."""
+    views = shot(turns(2), 5, shape=SHAPE).views
+    for turned, air in ((1, 1.0), (-1, -1.0)):
+        f = joint([replace(view, faces=view.faces[:, ::turned]) for view in views])
+        cloud = placed(f.T_world_camera[0], views[0].vertices_mm)
+        away = cloud - f.axis.point_mm
+        away -= np.outer(away @ f.axis.direction, f.axis.direction)
+        off = deviation_mm(cloud + 0.01 * away, f.axis, f.generatrix)
+        assert np.nanmedian(off) == pytest.approx(air * 0.5, abs=0.1)
 
 
 def test_poses_worse_than_stated_do_not_spoil_the_axis() -> None:
