@@ -25,9 +25,6 @@ _LITTLE = 0.3
 """A look that would have found a burr there with less probability says nothing by its silence."""
 _SIDE_RIGHT = 0.97
 """Share of calls in one look whose side is right (``standard``: 71 of 72)."""
-ASIDE_DEG = 30.0
-"""Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
-measured by what it mirrors well before: heights of such looks were two or three times too large."""
 UNFACED = 0.1
 """Worth, in burrs, of facing one that is called and was seen from aside only: its size, often its side."""
 _CERTAIN = 0.5
@@ -50,6 +47,8 @@ class Call:
         (4, 4) its pose over the plate.
     aside_deg
         Angle between the surface's normal there and the camera, as it lies across the burr's line.
+    faced
+        Whether the look faced it (:func:`burrscan.cell.outlook.facing`).
     bare
         Looks that measured bare metal under it (:func:`burrscan.cell.flatness.bare`).
 
@@ -59,6 +58,7 @@ class Call:
     burr: Burr
     T_plate_burr: Floats
     aside_deg: float
+    faced: bool
     bare: frozenset[int] = frozenset()
 
 
@@ -92,7 +92,7 @@ class Place:
     @property
     def faced(self) -> bool:
         """Whether a look that called it saw it from a direction that tells sizes and sides."""
-        return min(call.aside_deg for call in self.calls) <= ASIDE_DEG
+        return any(call.faced for call in self.calls)
 
     @property
     def suspicion(self) -> float:
@@ -240,7 +240,7 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
 
 def _facing(calls: list[Call]) -> list[Call]:
     """The calls whose looks tell sizes; where none does, the one from least aside."""
-    faced = [call for call in calls if call.aside_deg <= ASIDE_DEG]
+    faced = [call for call in calls if call.faced]
     return faced or [min(calls, key=lambda call: call.aside_deg)]
 
 

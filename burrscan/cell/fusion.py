@@ -14,7 +14,7 @@ from burrscan.cell.chart import Chart, chart_of
 from burrscan.cell.evidence import Call, Place, joined
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
-from burrscan.cell.outlook import STEEPEST_DEG, Outlook, outlook
+from burrscan.cell.outlook import STEEPEST_DEG, Outlook, facing, outlook
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -95,7 +95,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         [np.where(view.slope_deg < STEEPEST_DEG, SURE * density, 0.0) for view, density in seen]
     )
     calls = [
-        _call(number, burr, found.T_world_camera[number], T_part_plate, clouds)
+        _call(number, burr, found.T_world_camera[number], T_part_plate, clouds, rig)
         for number, (_, outcome) in enumerate(good)
         for burr in outcome.inspection.burrs
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
@@ -108,26 +108,29 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
 
 
 def _call(
-    look: int, burr: Burr, T_plate_camera: Floats, T_part_plate: Floats, clouds: list[tuple[Floats, Floats]]
+    look: int,
+    burr: Burr,
+    T_plate_camera: Floats,
+    T_part_plate: Floats,
+    clouds: list[tuple[Floats, Floats]],
+    rig: Rig,
 ) -> Call:
+    _, across, over = _towards(burr.T_mesh_burr)
+    baseline = burr.T_mesh_burr[:3, :3].T @ rig.projector_centre_mm
+    faced = bool(facing(over, across, baseline[0], baseline[1]))
     pose = np.asarray(T_plate_camera @ burr.T_mesh_burr, float)
     against = [
         number
         for number, (points, deviation) in enumerate(clouds)
         if number != look and bare(burr, T_part_plate @ pose, points, deviation)
     ]
-    return Call(look, burr, pose, _aside_deg(burr.T_mesh_burr), frozenset(against))
+    aside = float(np.degrees(np.arctan2(abs(across), over)))
+    return Call(look, burr, pose, aside, faced, frozenset(against))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:
     """(3,) the way to the camera along the burr's axes: what has it behind the surface cannot be seen."""
     return np.asarray(-T_camera_burr[:3, :3].T @ T_camera_burr[:3, 3])
-
-
-def _aside_deg(T_camera_burr: Floats) -> float:
-    """Angle between a burr's outward normal and the way to the camera, across its line."""
-    _, across, over = _towards(T_camera_burr)
-    return float(np.degrees(np.arctan2(abs(across), over)))
 
 
 def _posed(look: Look, outcome: Outcome) -> PosedSurface:

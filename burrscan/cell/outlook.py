@@ -13,6 +13,9 @@ from burrscan.rig import Rig
 
 STEEPEST_DEG = 65.0
 """Surfaces seen or lit under more than this are not counted on: a pixel covers 2.4 times its size there."""
+ASIDE_DEG = 30.0
+"""Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
+measured by what it mirrors well before: heights of such looks were two or three times too large."""
 _STEPS = 48
 """Along a ray on its way out of the part."""
 _CLEAR_MM = 1.0
@@ -32,20 +35,20 @@ class Outlook:
         the cell mirrors the projector into the camera.
     slope_deg
         Angle between its normal and the camera.
-    aside_deg
-        (2, S, N) the same angle as it lies across a line along the generatrix, and across one around the
-        axis: what stands on such a line hides what is behind it by the tangent of that.
+    faces
+        (2, S, N) whether it faces a burr there that lies along the generatrix, or around the axis: sees both
+        of its flanks (:func:`facing`).
 
     """
 
     seen: Bools
     tilt_deg: Floats
     slope_deg: Floats
-    aside_deg: Floats
+    faces: Bools
 
     def __post_init__(self) -> None:
         freeze(self, seen=self.seen, tilt_deg=self.tilt_deg, slope_deg=self.slope_deg)
-        freeze(self, aside_deg=self.aside_deg)
+        freeze(self, faces=self.faces)
 
 
 def outlook(
@@ -89,14 +92,31 @@ def outlook(
         seen[seen] = _free(chart, points[seen], way[seen])
     half = ways[0] + ways[1]
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
-    over = (ways[0] * upright).sum(axis=-1)
-    aside = [(ways[0] * line).sum(axis=-1) for line in (around, np.cross(upright, around))]
-    return Outlook(
-        seen,
-        _degrees((half * normals).sum(axis=-1)),
-        _degrees(cosines[0]),
-        np.degrees(np.arctan2(np.abs(np.stack(aside)), over)),
-    )
+    lines = np.broadcast_to(around, upright.shape), np.cross(upright, around)
+    over, baseline = (ways[0] * upright).sum(axis=-1), eyes[1] - eyes[0]
+    away = [(ways[0] * line).sum(axis=-1) for line in lines]
+    along = [np.abs(lines[1] @ baseline), np.abs(lines[0] @ baseline)]
+    faces = [
+        facing(over, away[0], along[0], along[1]),
+        facing(over, away[1], along[1], along[0]),
+    ]
+    return Outlook(seen, _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0]), np.stack(faces))
+
+
+def facing(over: Floats, across: Floats, baseline_along: Floats, baseline_across: Floats) -> Bools:
+    """Whether a look sees both flanks of a burr, and neither by what it mirrors.
+
+    Parameters
+    ----------
+    over, across
+        The way to the camera along the surface's normal and across the burr's line.
+    baseline_along, baseline_across
+        From camera to projector, along the burr's line and across it: a flank mirrors the part inside the
+        plane of the baseline and the ray, where nothing tells the mirrored light from its own.
+
+    """
+    aside = np.degrees(np.arctan2(np.abs(across), over))
+    return np.asarray((aside <= ASIDE_DEG) & (np.abs(baseline_along) >= np.abs(baseline_across)))
 
 
 def _inside(pixels: Floats, shape: tuple[int, int]) -> Bools:

@@ -50,8 +50,10 @@ _TUKEY = 5.0
 fully in the covariance."""
 _EFFICIENCY = 0.961
 """Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
-_STEPS = 16
+_STEPS = 32
 """Of Gauss-Newton per resolution; five do."""
+_WHOLE = 10
+"""Of them, then half ones: points that change from one piece to the next make whole ones go to and fro."""
 _SETTLED = 0.2
 """Done when the poses move by less than this share of their standard deviations: points that change from one
 piece, or one bin, to the next shake them by some tenths."""
@@ -130,9 +132,12 @@ def joint(
         resolution = max(_BLURS[fine] * size, _BLUR_PER_SIGMA * middle if fine else 0.0)
         state.pieces = pieces_of(some, state.poses, resolution)
         state.coefficients = np.zeros((len(state.pieces.centre), 3))
-        for _ in range(_STEPS):
+        for number in range(_STEPS):
             steps += 1
-            moved, moved_mm = _step(state, some, noise, reported, prior, size, use_roll=use_roll and fine)
+            share = 1.0 if number < _WHOLE else 0.5
+            moved, moved_mm = _step(
+                state, some, noise, reported, prior, size, share=share, use_roll=use_roll and fine
+            )
             if moved < _SETTLED:
                 break
     _refuse_foreign(state, points, sigma)
@@ -310,9 +315,10 @@ def _step(
     prior: PosePrior,
     size_mm: float,
     *,
+    share: float,
     use_roll: bool,
 ) -> tuple[float, float]:
-    """One Gauss-Newton step, in place: its length in standard deviations per unknown, and in mm.
+    """A share of a Gauss-Newton step, in place: the step's length in standard deviations per unknown, and mm.
 
     The length in mm is that of the largest motion across the axis at ``size_mm`` from the middle: along and
     about the axis a round part slides.
@@ -324,8 +330,8 @@ def _step(
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
     whole, wanted, _ = _system(state, points, square, pull, noise, robot, use_roll=use_roll)
     step: Floats = np.asarray(-np.linalg.solve(whole, wanted), dtype=float)
-    views, base = step[:-BASE], step[-BASE:]
-    state.coefficients = state.coefficients + offset + response @ views
+    views, base = share * step[:-BASE], share * step[-BASE:]
+    state.coefficients = state.coefficients + share * offset + response @ views
     state.poses = np.stack(
         [
             exponential(twist) @ pose
@@ -334,7 +340,7 @@ def _step(
     )
     state.T_world_part = state.T_world_part @ exponential(base_motion(base))
     state.spread = np.array([_spread(row.z, k) for row, k in zip(rows, state.spread, strict=True)])
-    twists = views.reshape(-1, UNKNOWNS)
+    twists = step[:-BASE].reshape(-1, UNKNOWNS)
     across = np.abs(np.concatenate([twists[:, :2] * size_mm, twists[:, 3:5]], axis=1)).max()
     return float(np.sqrt(step @ whole @ step / len(step))), float(across)
 

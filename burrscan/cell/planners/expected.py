@@ -7,7 +7,6 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.cell.belief import SURE, Belief, shifted
 from burrscan.cell.choices import Arm
-from burrscan.cell.evidence import ASIDE_DEG
 from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import seconds
 from burrscan.cell.station import turned
@@ -62,8 +61,8 @@ def _faces(arm: Arm, belief: Belief) -> Floats:
 
 
 def _faced(arm: Arm) -> Bools:
-    """(2, S, around) whether a look has a cell in sight and from less aside than sizes need, by the line."""
-    return np.asarray(arm.surface.seen & (arm.surface.aside_deg <= ASIDE_DEG))
+    """(2, S, around) whether a look has a cell in sight and faces a burr there, by the burr's line."""
+    return np.asarray(arm.surface.seen & arm.surface.faces)
 
 
 def _poses(known: Known, number: int) -> tuple[Floats, Floats]:

@@ -16,7 +16,7 @@ _CHART = chart_of(generatrix())
 
 
 def _call(look: int, made: Burr, aside_deg: float = 20.0, *, bare: tuple[int, ...] = ()) -> Call:
-    return Call(look, made, np.array(made.T_mesh_burr), aside_deg, frozenset(bare))
+    return Call(look, made, np.array(made.T_mesh_burr), aside_deg, aside_deg < 30.0, frozenset(bare))
 
 
 def _joined(calls: list[Call], *chances: float) -> tuple[Place, ...]:

@@ -112,11 +112,22 @@ def test_a_leaning_flank_faces_another_way(stepped: Chart) -> None:
     assert upright.slope_deg[row, here] < 10.0
 
 
-def test_aside_is_the_slope_across_a_line(stepped: Chart) -> None:
-    view = outlook(stepped, rig(), facing(0.0), stepped.angles)
-    row = 5  # of the drum, 15 mm beside the camera's height at most
-    beside = np.minimum(stepped.angles, 2.0 * np.pi - stepped.angles) < np.radians(60.0)
-    along, around = view.aside_deg[:, row, beside]
-    # a level camera: a line along the axis is seen from aside by what the drum turns away
-    assert np.allclose(along, view.slope_deg[row, beside], atol=0.6)
-    assert around.max() < 6.0
+def test_a_look_faces_what_it_sees_from_less_than_30_degrees_aside_with_the_baseline_along_it(
+    stepped: Chart,
+) -> None:
+    row = 5  # of the drum, beside the camera's height by 15 mm at most
+    aside = np.degrees(np.minimum(stepped.angles, 2.0 * np.pi - stepped.angles))
+    seen_from = np.degrees(
+        np.arctan2(600.0 * np.sin(np.radians(aside)), 600.0 * np.cos(np.radians(aside)) - RADIUS_MM)
+    )
+    level = facing(0.0, away_mm=600.0)
+    rolled = np.eye(4)
+    rolled[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
+    across = outlook(stepped, rig(), level, stepped.angles).faces[:, row]
+    along = outlook(stepped, rig(), rolled @ level, stepped.angles).faces[:, row]
+    # a level baseline lies across a line along the axis, one that stands lies along it
+    assert not across[0].any()
+    assert np.array_equal(along[0], seen_from <= 30.0)
+    # and the other way round for a line around the axis, which a level camera sees from hardly aside
+    assert across[1][aside < 60.0].all()
+    assert not along[1].any()
