@@ -49,7 +49,7 @@ class Belief:
     unfaced
         (2, S, AROUND) weight of places where something is known that was seen from aside only.
     found
-        Burrs that are called so far.
+        Expected number of burrs among the places called so far.
 
     """
 
@@ -59,7 +59,7 @@ class Belief:
     rows: Floats
     measured: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[0]))
     missed: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[1]))
-    found: int = 0
+    found: float = 0.0
 
     def answer(self, tilt_deg: Floats) -> Floats:
         """(S, N) probability that a cell in sight is measured, by its tilt and its row."""

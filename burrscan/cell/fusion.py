@@ -101,9 +101,9 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     places = joined(calls, axis=found.axis, chart=chart, chances=chances, burrs=burrs)
-    belief.found = sum(place.certain for place in places)
+    belief.found = sum(place.probability for place in places)
     for place in places:
-        _suspect(belief, chart, place, T_part_plate)
+        _suspect(belief, chart, place, T_part_plate, [view for view, _ in seen])
     return Fused(found, chart, belief, places)
 
 
@@ -138,12 +138,14 @@ def _posed(look: Look, outcome: Outcome) -> PosedSurface:
     return PosedSurface(surface.vertices_mm, surface.faces, surface.vertex_sigma_mm, look.T_plate_camera)
 
 
-def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats) -> None:
-    """Put a place's suspicion on the map."""
+def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats, views: list[Outlook]) -> None:
+    """Put a place's suspicion on the map, and what facing it is worth: half as much after each that did."""
     pose = T_part_plate @ place.burr.T_mesh_burr
     along, around = chart.cells_of(pose[None, :3, 3], within_mm=10.0)
     if along[0] >= 0:
         x, y = pose[:2, 3] / max(float(np.hypot(*pose[:2, 3])), 1e-9)
         line = int(abs(pose[:3, 0] @ [-y, x, 0.0]) > np.sqrt(0.5))
-        belief.suspicion[line, along[0], around[0]] += place.suspicion
-        belief.unfaced[line, along[0], around[0]] += place.unfaced
+        cell = int(along[0]), int(around[0])
+        belief.suspicion[(line, *cell)] += place.suspicion
+        tried = sum(bool(view.seen[cell] and view.faces[(line, *cell)]) for view in views)
+        belief.unfaced[(line, *cell)] += place.unfaced * 0.5**tried
