@@ -126,8 +126,9 @@ def belief_of(chart: Chart, looks: Sequence[tuple[Outlook, Floats]]) -> Belief:
         np.ones(chart.shape[0]),
     )
     belief.learn(looks)
-    for _, density in looks:
-        belief.left *= 1.0 - SURE * np.clip(density, 0.0, 1.0)
+    for seen, density in looks:
+        # which way a burr lies is not known
+        belief.left *= 1.0 - SURE * np.clip(density, 0.0, 1.0) * seen.shows.mean(axis=0)
     return belief
 
 

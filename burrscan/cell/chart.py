@@ -75,6 +75,12 @@ class Chart:
         return along, angle_cells(points_mm)
 
 
+def line_of(T_part_burr: Floats) -> int:
+    """0 for a burr that lies along the generatrix, 1 for one that goes around the axis."""
+    x, y = T_part_burr[:2, 3] / max(float(np.hypot(*T_part_burr[:2, 3])), 1e-9)
+    return int(abs(T_part_burr[:3, 0] @ [-y, x, 0.0]) > np.sqrt(0.5))
+
+
 def walked(T_part_burr: Floats, along_mm: Floats, across_mm: float = 0.0) -> Floats:
     """(N, 3) places on a burr's line: what of it goes around the axis goes around at its radius."""
     x, y, z = T_part_burr[:3, 3]

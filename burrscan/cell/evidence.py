@@ -11,7 +11,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE
-from burrscan.cell.chart import Chart, walked
+from burrscan.cell.chart import Chart, line_of, walked
 from burrscan.inspection import Axis, Burr, Value
 
 FALSE_CALLS = 0.07
@@ -134,7 +134,8 @@ def joined(
     chart
         The part.
     chances
-        (n, S, AROUND) probability that each look would have found a burr in each cell.
+        (n, 2, S, AROUND) probability that each look would have found a burr in each cell that lies along
+        the generatrix, or around the axis.
     burrs
         Expected number on the part.
 
@@ -200,11 +201,12 @@ def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:
     """(n,) per look the mean chance over the cells that the burr crosses."""
     half = 0.5 * call.burr.length_mm.value
     along = np.linspace(-half, half, 7)
-    cell, around = chart.cells_of(walked(frame @ call.T_plate_burr, along), within_mm=10.0)
+    pose = frame @ call.T_plate_burr
+    cell, around = chart.cells_of(walked(pose, along), within_mm=10.0)
     known: Ints = np.flatnonzero(cell >= 0)
     if not len(known):
         return np.zeros(len(chances))
-    return np.asarray(chances[:, cell[known], around[known]].mean(axis=1))
+    return np.asarray(chances[:, line_of(pose), cell[known], around[known]].mean(axis=1))
 
 
 def _burr(calls: list[Call], frame: Floats) -> Burr:

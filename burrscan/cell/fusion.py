@@ -10,11 +10,11 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE, Belief, belief_of, density_of
-from burrscan.cell.chart import Chart, chart_of
+from burrscan.cell.chart import Chart, chart_of, line_of
 from burrscan.cell.evidence import Call, Place, joined
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
-from burrscan.cell.outlook import STEEPEST_DEG, Outlook, facing, outlook
+from burrscan.cell.outlook import Outlook, facing, outlook
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -91,9 +91,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
     belief = belief_of(chart, seen)
     # what was measured was in sight, whatever the silhouette says: it fills grooves
-    chances = np.stack(
-        [np.where(view.slope_deg < STEEPEST_DEG, SURE * density, 0.0) for view, density in seen]
-    )
+    chances = np.stack([SURE * density * view.shows for view, density in seen])
     calls = [
         _call(number, burr, found.T_world_camera[number], T_part_plate, clouds, rig)
         for number, (_, outcome) in enumerate(good)
@@ -143,8 +141,7 @@ def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats, v
     pose = T_part_plate @ place.burr.T_mesh_burr
     along, around = chart.cells_of(pose[None, :3, 3], within_mm=10.0)
     if along[0] >= 0:
-        x, y = pose[:2, 3] / max(float(np.hypot(*pose[:2, 3])), 1e-9)
-        line = int(abs(pose[:3, 0] @ [-y, x, 0.0]) > np.sqrt(0.5))
+        line = line_of(pose)
         cell = int(along[0]), int(around[0])
         belief.suspicion[(line, *cell)] += place.suspicion
         tried = sum(bool(view.seen[cell] and view.faces[(line, *cell)]) for view in views)

@@ -46,7 +46,8 @@ def expected(known: Known) -> list[int]:
 
 def _finds(arm: Arm, belief: Belief) -> Floats:
     """(S, around) probability that a look finds what lies in a cell."""
-    return np.where(arm.surface.seen, SURE * belief.answer(arm.surface.tilt_deg), 0.0)
+    shown = SURE * belief.answer(arm.surface.tilt_deg) * arm.surface.shows.mean(axis=0)
+    return np.where(arm.surface.seen, shown, 0.0)
 
 
 def _shows_flank(arm: Arm, belief: Belief) -> Floats:

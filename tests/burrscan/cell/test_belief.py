@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from burrscan.cell.belief import SURE, belief_of, density_of
-from burrscan.cell.chart import chart_of
-from burrscan.cell.outlook import outlook
+from burrscan.cell.chart import Chart, chart_of
+from burrscan.cell.outlook import Outlook, outlook
 from tests.burrscan.cell.parts import facing, generatrix, rig
+
+
+def _all_shown(chart: Chart) -> Outlook:
+    """A look from in front of everywhere."""
+    view = outlook(chart, rig(), facing(0.0), chart.angles)
+    return replace(view, shows=np.ones((2, *chart.shape)))
 
 
 def test_left_is_the_chance_of_a_burr_that_every_look_missed() -> None:
     chart = chart_of(generatrix())
-    view = outlook(chart, rig(), facing(0.0), chart.angles)
+    view = _all_shown(chart)
     half = np.zeros(chart.shape)
     half[:, : chart.shape[1] // 2] = 1.0
     for looks in (1, 2, 3):
@@ -26,7 +34,7 @@ def test_left_is_the_chance_of_a_burr_that_every_look_missed() -> None:
 
 def test_left_agrees_with_burrs_thrown_at_random() -> None:
     chart = chart_of(generatrix())
-    view = outlook(chart, rig(), facing(0.0), chart.angles)
+    view = _all_shown(chart)
     rng = np.random.default_rng(1)
     densities = [rng.uniform(size=chart.shape) for _ in range(2)]
     belief = belief_of(chart, [(view, density) for density in densities])

@@ -20,7 +20,7 @@ def _call(look: int, made: Burr, aside_deg: float = 20.0, *, bare: tuple[int, ..
 
 
 def _joined(calls: list[Call], *chances: float) -> tuple[Place, ...]:
-    seen: Floats = np.stack([np.full(_CHART.shape, chance) for chance in chances])
+    seen: Floats = np.stack([np.full((2, *_CHART.shape), chance) for chance in chances])
     return joined(calls, axis=axis(), chart=_CHART, chances=seen, burrs=2.0)
 
 
