@@ -5,12 +5,12 @@ which interval is which.
 """
 
 from bench.detection.chart import chart, sizes_told
-from bench.detection.curve import PodCurve, Share, share_bounds
+from bench.detection.curve import PodCurve, Share
 from bench.detection.hit_miss import fit_hit_miss
 from bench.detection.records import Detection, detection, detections, of_one_size, sections
 from bench.detection.signal import fit_signal
 
 __all__ = [
     "Detection", "PodCurve", "Share", "chart", "detection", "detections", "fit_hit_miss", "fit_signal",
-    "of_one_size", "sections", "share_bounds", "sizes_told",
+    "of_one_size", "sections", "sizes_told",
 ]  # fmt: skip

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import beta
 
+from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
@@ -78,18 +78,6 @@ class Share:
     trials: int
     low: float
     high: float
-
-
-def share_bounds(hits: int, trials: int, *, level: float = 0.95, sides: int = 2) -> tuple[float, float]:
-    """Clopper and Pearson's exact bounds of a share.
-
-    One-sided (``sides=1``) each end holds with ``level`` by itself: 29 hits of 29 show 0.902, the rule of
-    "29 of 29" by which a90/95 is demonstrated at a single size.
-    """
-    tail = (1.0 - level) / sides
-    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(1.0 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
-    return low, high
 
 
 def shares(size: Floats, hit: Bools, *, bins: int = 8) -> tuple[Share, ...]:

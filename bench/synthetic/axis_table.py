@@ -12,7 +12,7 @@ import numpy as np
 from bench.score.shape import OFF_DEG, Z_95, axis_error
 from bench.synthetic.axis_bound import cramer_rao_deg
 from bench.synthetic.revolution import RevolutionScan, revolution_scan
-from burrscan.arrays import Bools
+from burrscan.arrays import Bools, Floats
 from burrscan.axis import find_axis
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
@@ -90,13 +90,13 @@ def _row(
         float(np.median(errors)),
         cramer_rao_deg(profile, arc_deg=arc_deg, sigma_mm=sigma_mm, shape=shape),
         int(np.sum(np.array(errors) > OFF_DEG)),
-        *_share(inside),
+        *share_held(inside),
         float(np.median(seconds[1:] or seconds)),
     )
 
 
-def _share(inside: list[Bools]) -> tuple[float, float]:
-    """Share of all that hold, and half its 95 % interval."""
+def share_held(inside: Sequence[Bools | Floats]) -> tuple[float, float]:
+    """Share of all that hold, and half its 95 % interval, of what held in each run; NaN without runs."""
     if not inside:
         return float("nan"), float("nan")
     each = np.mean(inside, axis=1)

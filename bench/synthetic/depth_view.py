@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from burrscan.arrays import Bools, Floats, Ints32
 
@@ -18,6 +19,7 @@ def single_view(
     *,
     pixels: int = 300,
     sigma: float = 0.0,
+    reach_px: float = 0.0,
     seed: int | tuple[int, ...] = 0,
 ) -> tuple[Floats, Ints32]:
     """Vertices (N, 3) and faces (M, 3) of one view, in the frame of the mesh.
@@ -32,6 +34,9 @@ def single_view(
         Along the longer side of what it sees.
     sigma
         Noise along the rays, in the unit of the vertices.
+    reach_px
+        Standard deviation of the Gaussian over which the noise is averaged, 1 or more; 0 for noise of each
+        pixel's own. Its size is ``sigma`` either way.
     seed
         Of the noise.
 
@@ -52,10 +57,18 @@ def single_view(
     low = low - 0.37 * step  # keep pixel centres off the mesh's own symmetric coordinates
     depth = _raster(turned[faces], pixels, low, step)
     seen = np.isfinite(depth)
-    noisy = depth + sigma * rng.normal(size=depth.shape)
+    noisy = depth + sigma * _noise(depth.shape, reach_px, rng)
     i, j = np.nonzero(seen)
     points = np.stack([low[0] + i * step, low[1] + j * step, noisy[seen]], axis=1) @ axes
     return points, _view_faces(depth, seen, _JUMP * step)
+
+
+def _noise(shape: tuple[int, ...], reach_px: float, rng: np.random.Generator) -> Floats:
+    """Noise of standard deviation 1: averaging leaves 1 / (2 √π reach) of it, which is given back."""
+    white = rng.normal(size=shape)
+    if reach_px == 0.0:
+        return white
+    return 2.0 * np.sqrt(np.pi) * reach_px * gaussian_filter(white, reach_px, mode="wrap")
 
 
 @numba.njit(cache=True)  # type: ignore[untyped-decorator]

@@ -95,12 +95,17 @@ def vase(rng: Random) -> Mesh:
 
 def cylinder(rng: Random) -> Mesh:
     """A cylinder or a cone with chamfered ends."""
+    return turned(cylinder_outline(rng))
+
+
+def cylinder_outline(rng: Random) -> Floats:
+    """(K, 2) points (z, r) of a cylinder or a cone, mm."""
     tall, radius, chamfer = rng.uniform(30.0, 250.0), rng.uniform(30.0, 60.0), rng.uniform(0.0, 4.0)
     top = radius * (1.0 + rng.uniform(-0.3, 0.3) * (rng.random() < 0.5))
-    return turned(closed([
+    return closed([
         (0.0, 0.0), (0.0, radius - chamfer), (chamfer, radius), (tall - chamfer, top), (tall, top - chamfer),
         (tall, 0.0),
-    ]))  # fmt: skip
+    ])  # fmt: skip
 
 
 def treaded(rng: Random) -> Mesh:

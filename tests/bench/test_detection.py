@@ -18,12 +18,12 @@ from bench.detection import (
     fit_hit_miss,
     fit_signal,
     sections,
-    share_bounds,
     sizes_told,
 )
 from bench.detection.curve import PodCurve
 from bench.detection.records import of_one_size
 from bench.run.records import Failure, Record
+from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
