@@ -37,7 +37,7 @@ def written_whole(path: Path) -> Iterator[Path]:
             yield made
             _pour(made, path)
         return
-    target = path.resolve() if path.is_symlink() else path
+    target = _linked(path) if path.is_symlink() else path
     if target.is_dir():
         raise IsADirectoryError(21, "is a folder; name a file", str(path))
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -51,6 +51,13 @@ def written_whole(path: Path) -> Iterator[Path]:
             _synced(target.parent)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def _linked(link: Path) -> Path:
+    """What a symbolic link points to, there or not; links in a circle are an OSError."""
+    with suppress(FileNotFoundError):
+        link.stat()  # Python up to 3.12 raises RuntimeError for a circle, and later ones resolve it to itself
+    return link.resolve()
 
 
 def _is_stream(path: Path) -> bool:

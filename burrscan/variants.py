@@ -5,15 +5,21 @@ from __future__ import annotations
 import difflib
 import importlib
 import inspect
+import json
+import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
+import pydantic
+
 from burrscan.errors import InputError
 
 _SHIPPED_ONLY: ContextVar[str] = ContextVar("shipped_only", default="")
 
+_SHOWN = 60
+"""Characters of a value that a message shows."""
 MOST_KNOWN = 30
 """More words than these are no help in a message."""
 
@@ -119,12 +125,13 @@ def _imported(path: str, *, what: str) -> Any:
 
 
 def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any], *, stage: str) -> None:
-    """Refuse parameters that ``function`` does not take.
+    """Refuse parameters that ``function`` does not take, and values of another kind than it says.
 
     Raises
     ------
     InputError
-        Naming the first unknown parameter and the nearest known one; for a function without a signature.
+        Naming the first unknown parameter and the nearest known one, or the first value of another kind; for
+        a function without a signature.
 
     """
     signature = _signature(function, stage)
@@ -134,6 +141,36 @@ def check_parameters(function: Callable[..., Any], parameters: Mapping[str, Any]
     for key in parameters:
         if key not in known:
             raise InputError(f"{stage}: unknown parameter '{key}': {suggest(key, known)}")
+    for key, value in parameters.items():
+        _refuse_another_kind(function, key, value, f"{stage}: parameter '{key}'")
+
+
+def _as_json(value: Any) -> str:
+    """A value as documents have them, as JSON; empty for arrays and objects, which are the caller's own."""
+    try:
+        return json.dumps(value)
+    except (TypeError, ValueError):
+        return ""
+
+
+def _kind(function: Callable[..., Any], name: str) -> pydantic.TypeAdapter[Any] | None:
+    """What a keyword of a function must be, where its annotation says so in terms of documents."""
+    try:
+        return pydantic.TypeAdapter(typing.get_type_hints(function)[name])
+    except (KeyError, NameError, TypeError, AttributeError, pydantic.PydanticUserError):
+        return None  # none is there, or it names what only a type checker knows, or arrays and objects
+
+
+def _refuse_another_kind(function: Callable[..., Any], name: str, value: Any, where: str) -> None:
+    text = _as_json(value)
+    kind = _kind(function, name) if text else None
+    if kind is None:
+        return
+    try:
+        kind.validate_json(text, strict=True)  # in JSON a list is a tuple
+    except pydantic.ValidationError as error:
+        said = error.errors()[0]["msg"]
+        raise InputError(f"{where}: {said[0].lower()}{said[1:]}, not {text[:_SHOWN]}") from error
 
 
 def check_call(

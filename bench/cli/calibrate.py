@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.cli.grammar import Commands, add_json, command, corners, raster, side_mm
-from bench.cli.output import note, told, write_json
+from bench.cli.output import json_beside, note, told
 
 _DETAILS = """\
 Geometry: each FOLDER shows a flat chessboard in another pose. It is a capture folder that codes columns
@@ -98,9 +98,8 @@ def _geometry(given: argparse.Namespace) -> int:
         note(f"note: left out: {why}")
     with told(given.json):
         _print(found)
-    write_rig(given.out, found.rig)
-    if given.json:
-        write_json(given.json, _geometry_tables(found))
+    with json_beside(given.json, _geometry_tables(found)):
+        write_rig(given.out, found.rig)
     return 0
 
 
@@ -160,9 +159,8 @@ def _photometry(given: argparse.Namespace) -> int:
     camera = found.camera_sheet(exposure_range_ms=capture.exposure_range_ms)
     with told(given.json):
         _print_photometry(found, camera)
-    write_sheets(given.out, camera, found.projector_sheet())
-    if given.json:
-        write_json(given.json, _photometry_tables(found))
+    with json_beside(given.json, _photometry_tables(found)):
+        write_sheets(given.out, camera, found.projector_sheet())
     return 0
 
 

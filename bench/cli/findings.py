@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.cli.output import told, verbose, write_json
+from bench.cli.output import json_beside, told, verbose
 from bench.cli.tables import plain_table, print_table
 from burrscan.arrays import Floats, Ints32
 from burrscan.inspection import Axis, Burr, Generatrix, Inspection, Value
@@ -36,10 +36,9 @@ def deliver(
         print_inspection(inspection)
         if verbose():
             print("times         " + ", ".join(f"{k} {t:.2f} s" for k, t in inspection.timings_s.items()))
-    if json:
-        write_json(json, inspection_document(inspection))
-    if ply:
-        write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm, sigma_mm=sigma_mm)
+    with json_beside(json, inspection_document(inspection)):
+        if ply:
+            write_deviation_ply(ply, vertices_mm, faces, inspection.deviation_mm, sigma_mm=sigma_mm)
 
 
 def print_inspection(inspection: Inspection) -> None:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command
+from bench.cli.grammar import Commands, add_trust, command
 
 _DETAILS = """\
 Every RUN is what `burrscan run SUITE --shard I/N` made, whole or in part. What comes out is a run as one
@@ -29,6 +29,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("runs", metavar="RUN", type=Path, nargs="+", help="a run directory")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="a new run directory")
+    add_trust(parser, "the runs")
 
 
 def main(given: argparse.Namespace) -> int:
@@ -36,10 +37,13 @@ def main(given: argparse.Namespace) -> int:
     from bench.cli.score import caption, say_failures, terminal_table
     from bench.cli.tables import print_table
     from bench.report import build_report
-    from bench.run.gather import gather
+    from bench.run.gather import gather, undone_on_failure
+    from burrscan.variants import shipped_only
 
-    run = gather(given.runs, given.out)
-    page = build_report(given.out) if run.records else None
+    names = " ".join(map(str, given.runs))
+    with undone_on_failure(given.out), shipped_only(names, trusted=given.trust):
+        run = gather(given.runs, given.out)
+        page = build_report(given.out) if run.records else None
     if run.records:
         print_table(terminal_table(run))
         print(caption())

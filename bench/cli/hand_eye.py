@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bench.cli.output import note, told, write_json
+from bench.cli.output import json_beside, note, told
 
 
 def hand_eye(given: argparse.Namespace) -> int:
@@ -26,20 +26,16 @@ def hand_eye(given: argparse.Namespace) -> int:
     found = calibrate_hand_eye(views, board, camera, robot_mm=robot[0], robot_deg=robot[1])
     with told(given.json):
         _print(found)
-    write_hand_eye(given.out, found)
-    if given.json:
-        write_json(
-            given.json,
-            hand_eye_document(found)
-            | {
-                "sigma_px": found.sigma_px,
-                "robot_factor": found.robot_factor,
-                "views": list(found.views),
-                "rms_px": found.rms_px.tolist(),
-                "off_mm": found.off_mm.tolist(),
-                "off_deg": found.off_deg.tolist(),
-            },
-        )
+    more = {
+        "sigma_px": found.sigma_px,
+        "robot_factor": found.robot_factor,
+        "views": list(found.views),
+        "rms_px": found.rms_px.tolist(),
+        "off_mm": found.off_mm.tolist(),
+        "off_deg": found.off_deg.tolist(),
+    }
+    with json_beside(given.json, hand_eye_document(found) | more):
+        write_hand_eye(given.out, found)
     return 0
 
 

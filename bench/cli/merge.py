@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.cli.grammar import Commands, add_json, command
-from bench.cli.output import told, write_json
+from bench.cli.output import json_beside, told
 
 _DETAILS = """\
 Every MESH is a view of the same part in its own camera's frame, as `burrscan scan --ply` writes it.
@@ -58,14 +58,9 @@ def main(given: argparse.Namespace) -> int:
     found = align(views, sigma_mm=sigma_mm, sigma_deg=sigma_deg)
     refuse_doubtful(found)
     merged = merge(views, found)
-    write_ply(
-        given.out,
-        merged.vertices_mm,
-        merged.faces,
-        scalars={"sigma_mm": merged.sigma_mm, "view": merged.view.astype(float)},
-    )
-    if given.json:
-        write_json(given.json, alignment_document(found))
+    scalars = {"sigma_mm": merged.sigma_mm, "view": merged.view.astype(float)}
+    with json_beside(given.json, alignment_document(found)):
+        write_ply(given.out, merged.vertices_mm, merged.faces, scalars=scalars)
     with told(given.json):
         _say(given.meshes, found)
     return 0

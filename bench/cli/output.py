@@ -40,17 +40,39 @@ def told(json_to: Path | None) -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def json_beside(path: Path | None, document: Any) -> Iterator[None]:
+    """Write a document as JSON once the block, which writes other files, has ended well; None writes nothing.
+
+    Where it cannot be written the block is never begun: of several files either all are written, or none.
+    """
+    if path is None or path == STANDARD_OUTPUT:
+        yield
+        if path is not None:
+            write_json(path, document)
+        return
+    from burrscan.files import written_whole
+
+    with written_whole(path) as beside:
+        beside.write_text(_as_text(document), "utf-8")
+        yield
+
+
 def write_json(path: Path, document: Any) -> None:
     """Write a document as JSON to a file, whole, or with ``-`` to standard output.
 
     JSON knows numbers that are finite; any other becomes null.
     """
-    from burrscan.documents import finite
     from burrscan.files import written_whole
 
-    text = json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
     if path == STANDARD_OUTPUT:
-        sys.stdout.write(text)
+        sys.stdout.write(_as_text(document))
         return
     with written_whole(path) as beside:
-        beside.write_text(text, "utf-8")
+        beside.write_text(_as_text(document), "utf-8")
+
+
+def _as_text(document: Any) -> str:
+    from burrscan.documents import finite
+
+    return json.dumps(finite(document), indent=1, allow_nan=False) + "\n"

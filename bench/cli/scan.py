@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.cli.grammar import Commands, add_json, add_trust, command, raster
-from bench.cli.output import told, write_json
+from bench.cli.output import json_beside, told
 
 _DETAILS = """\
 FOLDER is a capture folder (burrscan/captures/README.md), rendered by `burrscan render` or recorded,
@@ -54,10 +54,9 @@ def main(given: argparse.Namespace) -> int:
     with told(given.json):
         for name, value in summary.items():
             print(f"{name:<18}{_text(value)}")
-    if given.json:
-        write_json(given.json, summary)
-    if given.ply:
-        _write_ply(given.ply, surface)
+    with json_beside(given.json, summary):
+        if given.ply:
+            _write_ply(given.ply, surface)
     return 0
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,21 @@ def gather(parts: Sequence[Path], out_dir: Path) -> Run:
         whole = load_run(out_dir)
         write_tables(whole)
     return whole
+
+
+@contextmanager
+def undone_on_failure(out_dir: Path) -> Iterator[None]:
+    """Take away what the block made in ``out_dir`` if it fails; what was there before stays."""
+    there = out_dir.exists()
+    ours = not there or (out_dir.is_dir() and not any(out_dir.iterdir()))
+    try:
+        yield
+    except BaseException:
+        if ours and out_dir.is_dir():
+            shutil.rmtree(out_dir, ignore_errors=True)
+            if there:
+                out_dir.mkdir()
+        raise
 
 
 def _refuse_another(one: Run, other: Run) -> None:

@@ -86,10 +86,10 @@ def read(path: Path) -> list[Record]:
         When a line is not a record.
 
     """
-    if not path.exists():
-        return []
     try:
         text = path.read_bytes().rpartition(b"\n")[0].decode()  # what follows it was never finished
+    except FileNotFoundError:
+        return []
     except ValueError as error:
         raise InputError(f"{path}: not UTF-8 ({error}); was the file edited?") from error
     lines = text.split("\n") if text else []

@@ -79,3 +79,16 @@ def test_a_folder_is_refused_and_a_long_name_is_not(tmp_path: Path) -> None:
     with written_whole(long) as beside:
         beside.write_text("x")
     assert long.read_text() == "x"
+
+
+def test_links_in_a_circle_are_an_error_of_the_system(tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to("link")
+    with pytest.raises(OSError, match="Too many levels") as told, written_whole(link):
+        pass
+    assert told.value.errno == errno.ELOOP
+    assert [path.name for path in tmp_path.iterdir()] == ["link"]
+    (tmp_path / "dangling").symlink_to("made")
+    with written_whole(tmp_path / "dangling") as beside:
+        beside.write_text("x")
+    assert (tmp_path / "made").read_text() == "x"

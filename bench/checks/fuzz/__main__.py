@@ -7,6 +7,7 @@ It writes below a folder of its own, which it removes.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import resource
@@ -18,7 +19,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bench.checks.fuzz.sound import write_sound
-from bench.checks.fuzz.trial import TARGETS, Ending, trial
+from bench.checks.fuzz.targets import TARGETS
+from bench.checks.fuzz.trial import Ending, trial
 
 _MEMORY_BYTES = 16 << 30
 """Address space of a child; numba and LLVM map several GB that they never touch."""
@@ -29,20 +31,33 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench.checks.fuzz", description=__doc__)
     parser.add_argument("--inputs", type=int, default=5000)
     parser.add_argument("--first", type=int, default=0, help="number of the first trial")
+    parser.add_argument("--only", nargs="+", metavar="COMMAND", default=[], help="trials of these commands")
     parser.add_argument("--child", nargs=2, type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
-    numbers = range(given.first, given.first + given.inputs)
+    numbers = _numbers(given.first, given.inputs, given.only)
     if given.child:
         return _child(numbers, *given.child)
     with tempfile.TemporaryDirectory(prefix="burrscan-fuzz-") as folder:
         sound = Path(folder) / "sound"
         sound.mkdir()
         write_sound(sound)
-        endings, peaks_mb = _all(numbers, sound, Path(folder))
-    return _told(endings, given.first, peaks_mb)
+        endings, peaks_mb = _all(numbers, given.only, sound, Path(folder))
+    return _told(endings, numbers, peaks_mb)
 
 
-def _child(numbers: range, sound: Path, folder: Path) -> int:
+def _numbers(first: int, count: int, only: list[str]) -> list[int]:
+    """Numbers of trials from ``first`` on; of the commands named, where some are."""
+    if unknown := set(only) - {target.command[0] for target in TARGETS}:
+        raise SystemExit(f"no trial has the command {', '.join(sorted(unknown))}")
+    wanted = (
+        number
+        for number in itertools.count(first)
+        if not only or TARGETS[number % len(TARGETS)].command[0] in only
+    )
+    return list(itertools.islice(wanted, count))
+
+
+def _child(numbers: list[int], sound: Path, folder: Path) -> int:
     """Run trials in this process, a line of JSON after each."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
     for number in numbers:
@@ -52,7 +67,7 @@ def _child(numbers: range, sound: Path, folder: Path) -> int:
     return 0
 
 
-def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], list[float]]:
+def _all(numbers: list[int], only: list[str], sound: Path, folder: Path) -> tuple[list[Ending], list[float]]:
     """All trials, however many children they take, and the most memory that each one's child had held."""
     endings, peaks_mb = list[Ending](), list[float]()
     while len(endings) < len(numbers):
@@ -60,7 +75,7 @@ def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], list[
         done = subprocess.run(  # noqa: S603 (ourselves)
             [
                 sys.executable, "-m", "bench.checks.fuzz", "--first", str(first), "--inputs", str(left),
-                "--child", str(sound), str(folder),
+                "--child", str(sound), str(folder), *(["--only", *only] if only else []),
             ],
             capture_output=True, text=True, check=False, env={**os.environ, "BURRSCAN_TRANSPORTS": "off"},
         )  # fmt: skip
@@ -75,7 +90,7 @@ def _all(numbers: range, sound: Path, folder: Path) -> tuple[list[Ending], list[
     return endings, peaks_mb
 
 
-def _told(endings: list[Ending], first: int, peaks_mb: list[float]) -> int:
+def _told(endings: list[Ending], numbers: list[int], peaks_mb: list[float]) -> int:
     kinds = Counter(ending.kind for ending in endings)
     for kind, count in kinds.most_common():
         print(f"{count:6d} {kind}")
@@ -83,8 +98,8 @@ def _told(endings: list[Ending], first: int, peaks_mb: list[float]) -> int:
         own = Counter(ending.kind for ending in endings if ending.target == target)
         print(f"       {target}: " + ", ".join(f"{count} {kind}" for kind, count in own.most_common()))
     most = max(range(len(peaks_mb)), key=peaks_mb.__getitem__)
-    print(f"{peaks_mb[most]:6.0f} MB at most, by trial {first + most}")
-    for number, ending in enumerate(endings, first):
+    print(f"{peaks_mb[most]:6.0f} MB at most, by trial {numbers[most]}")
+    for number, ending in zip(numbers, endings, strict=True):
         if ending.bad:
             print(f"trial {number}: {ending.target}: {ending.kind}: {ending.said}")
     return int(any(ending.bad for ending in endings))

@@ -7,6 +7,11 @@ import json
 import random
 from typing import Any
 
+import cv2
+import numpy as np
+
+from burrscan.arrays import Image
+
 ODD: tuple[Any, ...] = (
     None, True, -1, 0, 1e-300, 1e300, 10**400, -99999, float("nan"), float("inf"), "", "x" * 5000,
     "\x00\x1b[31m", "helper:go", "../../x", "café", [], {}, [[]], "nan", 2**31, 2**63,
@@ -80,6 +85,44 @@ def damaged_toml(data: bytes, draw: random.Random) -> bytes:
     )
     lines[number : number + 1] = [] if draw.random() < 0.2 else [f"{key}= {odd}"]
     return "\n".join(lines).encode()
+
+
+def damaged_lines(data: bytes, draw: random.Random) -> bytes:
+    """Documents a line each (JSON Lines) with a value of one line damaged."""
+    lines = data.splitlines(keepends=True)
+    number = draw.randrange(len(lines))
+    lines[number] = damaged_json(lines[number], draw) + b"\n"
+    return b"".join(lines)
+
+
+def damaged_csv(data: bytes, draw: random.Random) -> bytes:
+    """A table with a cell replaced, put in or taken out, in its head or below."""
+    rows = [line.split(",") for line in data.decode().splitlines()]
+    row = draw.choice(rows)
+    place, odd = draw.randrange(len(row)), str(draw.choice(ODD))
+    row[place : place + draw.randrange(2)] = [odd] * draw.randrange(2)
+    return "\n".join(",".join(row) for row in rows).encode()
+
+
+def damaged_picture(data: bytes, draw: random.Random) -> bytes:
+    """A picture of another size, kind or depth, or with nothing to see."""
+    image: Image = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED))
+    noise = np.random.default_rng(draw.randrange(2**32))
+    changed = draw.choice((
+        lambda: image[: len(image) // 2],
+        lambda: np.rot90(image),
+        lambda: image[:1, :1],
+        lambda: np.zeros_like(image),
+        lambda: np.full_like(image, np.iinfo(image.dtype).max),
+        lambda: image.astype(np.uint16) * 257,
+        lambda: (image // 2).astype(np.uint8),
+        lambda: np.stack([image] * 3, axis=-1),
+        lambda: np.stack([image, image // 2, image // 3], axis=-1),
+        lambda: noise.integers(0, int(image.max()) + 1, image.shape).astype(image.dtype),
+        lambda: image[::-1],
+        lambda: np.roll(image, 20, axis=1),
+    ))()  # fmt: skip
+    return bytes(cv2.imencode(".png", np.ascontiguousarray(changed))[1])
 
 
 def _places(node: Any) -> Any:

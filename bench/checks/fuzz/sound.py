@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
 
 from bench.baselines import accept
+from bench.checks.fuzz.boards import write_arm, write_boards, write_gray
+from bench.checks.fuzz.ramps import write_ramps
 from bench.run import Record, RunDirectory
 from bench.run.directory import describe_run, load_run, write_manifest
 from bench.run.provenance import session
 from bench.run.records import append
+from bench.run.shard import Shard
 from bench.score import METRICS
 from bench.suites.cases import expand
 from bench.suites.suite import suite_from
@@ -43,6 +48,16 @@ ambient = 0.002
 [render]
 samples = 16
 """
+_DONE = {"rig": {"scale": 0.03}, "render": {"samples": 2}}
+"""Of the run that is whole: what a damaged record has rendered anew is small."""
+RAN = "ran"
+"""The file that the code which :data:`bench.checks.fuzz.mutate.ODD` names leaves when it runs."""
+_HELPER = f"""\
+from pathlib import Path
+Path({RAN!r}).touch()
+def go(*_, **__):
+    Path({RAN!r}).touch()
+"""
 _SUITE = """\
 name = "small"
 title = "a small suite"
@@ -62,17 +77,26 @@ axis = "seed"
 
 
 def write_sound(folder: Path) -> None:
-    """Write one of each into ``folder``: scene, suite, capture, sheets, runs, poses, meshes in every format.
+    """Write one of each into ``folder``.
 
-    The true axis of the meshes is in ``truth.json``.
+    A scene, a suite, a capture, sheets, runs and parts of one, poses, meshes in every format, and what
+    ``calibrate`` takes: boards, ramps, pictures of an arm. The true axis of the meshes is in ``truth.json``.
     """
     (folder / "scene.toml").write_text(_SCENE, "utf-8")
+    (folder / "helper.py").write_text(_HELPER, "utf-8")
     (folder / "suite.toml").write_text(_SUITE, "utf-8")
     _write_capture(folder / "capture")
     wall = _Wall()
     write_sheets(folder / "sheets.json", wall.camera, wall.projector)
     _write_run(folder / "run")
     shutil.copytree(folder / "run", folder / "other")
+    _write_run(folder / "done", scene=_DONE)
+    for number in (1, 2):
+        _write_run(folder / "parts" / str(number), shard=Shard(number, 2))
+    write_boards(folder / "boards")
+    write_gray(folder / "gray")
+    write_arm(folder / "arm")
+    write_ramps(folder / "ramps")
     accept(load_run(folder / "run"), baselines=folder / "baselines")
     scan = scanned(MeshSpec(around=60, along=24), identity=(1,))
     (folder / TRUTH).write_text(json.dumps(scan.direction.tolist()), "utf-8")
@@ -108,21 +132,22 @@ def _write_capture(folder: Path) -> None:
     recorder.close()
 
 
-def _write_run(folder: Path) -> None:
+def _write_run(folder: Path, *, scene: Mapping[str, Any] | None = None, shard: Shard | None = None) -> None:
     document = {
         "name": "tiny",
-        "scene": {"wheel": "paper", "finish": "matte"},
+        "scene": {"wheel": "paper", "finish": "matte", **(scene or {})},
         "sweep": {"finish": ["matte", "turned"]},
         "variant": [{"name": "a"}, {"name": "b"}],
     }
     suite = suite_from(document, source="fuzz")
-    cases = expand(suite)
+    cases = shard.part(expand(suite)) if shard else expand(suite)
     metrics = {
         name: {key: getattr(m, key) for key in ("title", "unit", "better", "version", "source")}
         for name, m in METRICS.items()
     }
     sitting = session(workers=1, threads=1, renderer="none")
-    asked = describe_run(suite, cases, seed=0, metrics=metrics)
+    part = f"{shard.number}/{shard.of}" if shard else None
+    asked = describe_run(suite, cases, seed=0, metrics=metrics, shard=part)
     write_manifest(RunDirectory(folder), {**asked, "sessions": [sitting]})
     burr = {"kind": "axial_ridge", "side": "protrusion", "height_mm": 1.0, "found": True}
     for number, case in enumerate(cases):

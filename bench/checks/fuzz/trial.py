@@ -4,41 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
-import math
 import os
 import random
 import shutil
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from bench.checks.fuzz.mutate import damaged_bytes, damaged_json, damaged_toml
-from bench.checks.fuzz.sound import TRUTH
+from bench.checks.fuzz.sound import RAN
+from bench.checks.fuzz.targets import TARGETS, Target
 from bench.cli import main
-from bench.synthetic.revolution import axis_angle_deg
-from burrscan.errors import InputError
-from burrscan.meshio import read_mesh
 
-Damage = Callable[[bytes, random.Random], bytes]
-Check = Callable[[Path, str], str]
-
-
-@dataclass(frozen=True)
-class Target:
-    """A file to damage, the command that then reads its folder, and what a right answer must hold.
-
-    ``codes`` are the exit codes of an answer.
-    """
-
-    file: str
-    command: tuple[str, ...]
-    check: Check
-    damage: tuple[Damage, ...] = (damaged_bytes,)
-    codes: tuple[int, ...] = (0,)
+_ODD = 0.3
+"""Share of trials with an option of no sense, of the targets that know some."""
 
 
 @dataclass(frozen=True)
@@ -53,80 +31,6 @@ class Ending:
     def bad(self) -> bool:
         """Whether it ended as nothing may."""
         return self.kind not in {"refused", "answered"}
-
-
-def _printed(_: Path, text: str) -> str:
-    return "" if text.strip() else "printed nothing"
-
-
-def _inspected(folder: Path, _: str) -> str:
-    axis = json.loads((folder / "out.json").read_text("utf-8"))["axis"]
-    numbers = [*axis["direction"], *axis["point_mm"]]
-    if any(number is None or not math.isfinite(number) for number in numbers):
-        return "the axis is no number"
-    if abs(math.hypot(*axis["direction"]) - 1.0) > 1e-6:
-        return "the axis is no unit vector"
-    true = json.loads((folder / TRUTH).read_text("utf-8"))
-    off_deg = axis_angle_deg(np.array(axis["direction"]), np.array(true))
-    sure = not axis["undetermined"] and off_deg > max(_GROSS_DEG, _SIGMAS * axis["sigma_deg"])
-    return f"the axis is {off_deg:.1f} degrees off, stated to {axis['sigma_deg']:.2g}" if sure else ""
-
-
-def _scanned(folder: Path, _: str) -> str:
-    counted = json.loads((folder / "out.json").read_text("utf-8"))["points"]
-    return _finite(folder) if counted else "no points"
-
-
-def _finite(folder: Path, _: str = "") -> str:
-    """What is wrong with the mesh written, read back."""
-    try:
-        read_mesh(folder / "out.ply")
-    except InputError as error:
-        return f"a mesh that cannot be read: {error}"
-    return ""
-
-
-def _page(folder: Path, _: str) -> str:
-    page = (folder / "run" / "report.html").read_bytes()
-    return "control characters in the page" if b"\0" in page or b"\x1b" in page else ""
-
-
-_GROSS_DEG, _SIGMAS = 1.0, 5.0
-"""An axis is wrong where it is off by more than either and not stated as undetermined."""
-_DETECT = ("--json", "out.json", "--ply", "out.ply")
-_JSON, _TOML = (damaged_json, damaged_json, damaged_bytes), (damaged_toml, damaged_toml, damaged_bytes)
-_SCAN = ("scan", "capture", "--json", "out.json", "--ply", "out.ply")
-_COMPARED = (0, 1, 2)
-"""Exit codes of a comparison that was made: 2 says, with the rows, that not all of it can be compared."""
-_HISTORY = ("axis_deg", "--suite", "tiny", "--baselines", "baselines")
-
-TARGETS = (
-    Target("scene.toml", ("show", "suite.toml"), _printed, _TOML),
-    Target("suite.toml", ("show", "suite.toml"), _printed, _TOML),
-    Target("capture/capture.json", _SCAN, _scanned, _JSON),
-    Target("capture/rig.json", _SCAN, _scanned, _JSON),
-    Target("capture/*.png", _SCAN, _scanned),
-    Target("run/run.json", ("report", "run"), _page, _JSON),
-    Target("run/run.json", ("leaderboard", "run"), _printed, _JSON),
-    Target("run/records.jsonl", ("report", "run"), _page),
-    Target("run/records.jsonl", ("leaderboard", "run"), _printed),
-    Target("run/run.json", ("compare", "other", "run"), _printed, _JSON, _COMPARED),
-    Target("run/records.jsonl", ("compare", "run", "other"), _printed, codes=_COMPARED),
-    Target("baselines/**/run.json", ("history", *_HISTORY), _printed, _JSON),
-    Target("baselines/**/records.jsonl", ("history", *_HISTORY), _printed),
-    Target("sheets.json", (*_SCAN, "--sheets", "sheets.json"), _scanned, _JSON),
-    Target("run/run.json", ("accept", "run", "--baselines", "baselines"), _printed, _JSON),
-    Target(
-        "poses.json",
-        ("merge", "mesh.ply", "ascii.ply", "--poses", "poses.json", "--out", "out.ply"),
-        _finite,
-        _JSON,
-    ),
-    *(
-        Target(name, ("detect", name, *_DETECT), _inspected)
-        for name in ("mesh.ply", "mesh.stl", "mesh.obj", "ascii.stl", "ascii.ply")
-    ),
-)
 
 
 def trial(number: int, *, sound: Path, work: Path) -> Ending:
@@ -146,16 +50,43 @@ def trial(number: int, *, sound: Path, work: Path) -> Ending:
     shutil.copytree(sound, work)
     here = Path.cwd()
     try:
-        file = draw.choice(
-            sorted(work.glob(target.file)) or sorted(work.glob(f"capture/**/{Path(target.file).name}"))
-        )
-        damaged = draw.choice(target.damage)(file.read_bytes(), draw)
-        file.write_bytes(damaged)
+        command = target.command
+        if target.odd and draw.random() < _ODD:
+            command += draw.choice(target.odd)
+        else:
+            _damage(target, work, draw)
+        before = _names(work)
         os.chdir(work)
-        return _judged(target, work, _run(target.command))
+        ending = _judged(target, work, _run(command))
+        if not target.code and (work / RAN).exists():
+            return Ending(ending.target, "ran code", ending.said)
+        left = _names(work) - before - {name for pattern in target.left for name in _matching(work, pattern)}
+        if ending.kind == "refused" and left:
+            return Ending(ending.target, "half-written", f"{min(left)}; {ending.said}")
+        return ending
     finally:
         os.chdir(here)
         shutil.rmtree(work)
+
+
+def _damage(target: Target, work: Path, draw: random.Random) -> None:
+    """Damage one of the files or folders that the target names: its bytes, or itself."""
+    path = draw.choice(
+        sorted(work.glob(target.file)) or sorted(work.glob(f"capture/**/{Path(target.file).name}"))
+    )
+    if target.upsets and (path.is_dir() or draw.random() < 1.0 / len(target.upsets)):
+        draw.choice(target.upsets)(path, draw)
+    else:
+        path.write_bytes(draw.choice(target.damage)(path.read_bytes(), draw))
+
+
+def _names(work: Path) -> set[str]:
+    """Every file and folder there is."""
+    return _matching(work, "**/*")
+
+
+def _matching(work: Path, pattern: str) -> set[str]:
+    return {str(path.relative_to(work)) for path in work.glob(pattern)}
 
 
 def _run(command: tuple[str, ...]) -> tuple[int, str, str]:
