@@ -52,7 +52,7 @@ def fluted(rng: Random) -> Mesh:
         turn = count * (angle + twist * z)
         wave = (np.cos(turn), 1.0 - 2.0 * np.abs(np.sin(0.5 * turn)), 2.0 * np.abs(np.sin(0.5 * turn)) - 1.0)
         within = (z > low + margin * (high - low)) & (z < high - margin * (high - low))
-        return 1.0 + deep * wave[form] * within
+        return np.asarray(1.0 + deep * wave[form] * within)
 
     return turned(outline, around=_FINE, lift=lift)
 

@@ -68,7 +68,7 @@ def _noise(shape: tuple[int, ...], reach_px: float, rng: np.random.Generator) ->
     white = rng.normal(size=shape)
     if reach_px == 0.0:
         return white
-    return 2.0 * np.sqrt(np.pi) * reach_px * gaussian_filter(white, reach_px, mode="wrap")
+    return np.asarray(2.0 * np.sqrt(np.pi) * reach_px * gaussian_filter(white, reach_px, mode="wrap"))
 
 
 @numba.njit(cache=True)  # type: ignore[untyped-decorator]
