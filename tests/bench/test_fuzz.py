@@ -19,7 +19,7 @@ from bench.checks.fuzz.sound import TRUTH, write_sound
 from bench.checks.fuzz.targets import TARGETS, Target
 from bench.checks.fuzz.trial import trial
 
-_TRIALS = 2 * len(TARGETS)
+_TRIALS = len(TARGETS)
 _SOUND_SAYS = {"render": "not an empty folder", "run": "no case matches"}
 """Of commands that are given what ends them before anything is rendered."""
 
