@@ -26,10 +26,13 @@ CAMERA = View(176, 152, 400.0, 400.0, 87.5, 75.5)
 """Of both calibrations."""
 _PROJECTOR = View(64, 48, 125.0, 125.0, 31.5, 23.5)
 _DISTANCE_MM, _BASELINE_MM = 600.0, 90.0
+"""The board fills two thirds of the picture there."""
 _WHITE, _BLACK, _NOISE_DN = 200.0, 16.0, 0.7
+"""Of 8 bits, unclipped: light of white over the black level, that level, and noise."""
 _FINE = 4
 """Points across a pixel: what a pixel sees is their mean."""
 _BOARDS, _POSES = 5, 6
+"""One more than a calibration needs, and two more: one that is damaged may be left out."""
 
 
 def write_boards(folder: Path) -> None:

@@ -14,6 +14,7 @@ from burrscan.captures.ramps import NAME
 _SHAPE = (48, 64)
 """Rows and columns: 192 tiles of 4 × 4 pixels."""
 _BITS, _BLACK_DN, _FULL_WELL_E, _READ_NOISE_E = 10, 20.0, 10_000.0, 8.0
+"""Of a usual camera."""
 _GAMMA = 2.0
 """Of the projector."""
 _DARKEST = 0.002
