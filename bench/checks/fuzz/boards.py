@@ -32,7 +32,7 @@ _WHITE, _BLACK, _NOISE_DN = 200.0, 16.0, 0.7
 _FINE = 4
 """Points across a pixel: what a pixel sees is their mean."""
 _BOARDS, _POSES = 5, 6
-"""One more than a calibration needs, and two more: one that is damaged may be left out."""
+"""Two more, each, than the fewest that are taken: one that is damaged may be left out."""
 
 
 def write_boards(folder: Path) -> None:
