@@ -14,6 +14,7 @@ from scenes.transport.paths import Arrival
 from scenes.transport.rows import SparseRows
 
 _NONE = np.zeros(0, np.uint32)
+"""Of no paths."""
 _LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 

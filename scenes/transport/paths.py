@@ -18,6 +18,7 @@ PASS_SAMPLES = 1 << 21
 """Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
 
 _CAMERA_LENS, _PROJECTOR_LENS, _FIRST_TURN = 0, 2, 4
+"""The first kinds of random numbers of either lens, two each, and of the first turn."""
 _NUMBERS_A_TURN = 7
 """Kinds of random numbers (:class:`Chance`): the lenses at the first surface, then at every turn its choice
 and direction, the projector's lens, and the place within a projector pixel's blur."""
