@@ -27,7 +27,7 @@ def folder(name: str) -> str:
 TABLE = Path(__file__).parent / "seconds.json"
 SECONDS: dict[str, float] = json.loads(TABLE.read_text("utf-8"))
 """Test file to the processor time of its tests, kernels compiled; a file that is not in it is a quick one."""
-SLOW_S = 4.0
+SLOW_S = 1.5
 """Files above it are left out of `make test-fast`, but for the quickest of each folder."""
 _QUICKEST = {folder(name): name for name in sorted(SECONDS, key=lambda name: -SECONDS[name])}
 SLOW = {name for name, s in SECONDS.items() if s > SLOW_S} - set(_QUICKEST.values())
