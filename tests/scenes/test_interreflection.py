@@ -12,18 +12,9 @@ from scipy.stats import norm
 
 from bench.checks.zoomed import ZOOMS, Compared, compare
 from burrscan.arrays import Floats, Floats32
-from scenes.renderer import activate
 from scenes.transport.sobol import DIMENSIONS, point, reversed_nets
 
 _TESTED = ("ridge-lying-ground", "ridge-turned", "rim-ground", "nick-chrome", "groove-polished")
-
-
-@pytest.fixture(scope="module")
-def mi() -> Any:
-    module = activate()
-    if module.variant().startswith("scalar"):
-        pytest.skip("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
-    return module
 
 
 @pytest.fixture(scope="module")

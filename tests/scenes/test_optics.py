@@ -11,7 +11,6 @@ import pytest
 from burrscan.arrays import Floats, Floats32
 from burrscan.calibration.board import Board
 from scenes.board import BoardSpec, board_light
-from scenes.renderer import activate
 from scenes.rig import DeviceSpec, RigSpec
 from scenes.transport.optics import Optics
 from scenes.transport.profile import PixelProfile
@@ -22,14 +21,6 @@ EDGE = Board(2, 2, 200.0)
 SAMPLES = 64
 BOX_PX2 = 2.0 / 12.0
 """A camera pixel is a box, and so is the difference of two of them."""
-
-
-@pytest.fixture(scope="module")
-def mi() -> Any:
-    module = activate()
-    if module.variant().startswith("scalar"):
-        pytest.skip("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
-    return module
 
 
 def side_by_side(*, baseline_mm: float, camera: DeviceSpec, projector: DeviceSpec) -> Optics:

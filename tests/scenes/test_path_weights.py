@@ -14,7 +14,6 @@ import pytest
 from burrscan.arrays import Floats, Floats32
 from scenes.finish import FinishSpec, finish_bsdf
 from scenes.pose import PoseSpec
-from scenes.renderer import activate
 from scenes.rig import RigSpec
 from scenes.transport.arrivals import REPLICATES
 from scenes.transport.chance import Chance
@@ -54,14 +53,6 @@ class Seen(NamedTuple):
     optics: Optics
     si: Any
     chance: Chance
-
-
-@pytest.fixture(scope="module")
-def mi() -> Any:
-    module = activate()
-    if module.variant().startswith("scalar"):
-        pytest.skip("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
-    return module
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,6 @@ from burrscan.arrays import Floats, Floats32
 from burrscan.errors import InputError
 from burrscan.rig import View
 from scenes.pose import PoseSpec
-from scenes.renderer import activate
 from scenes.rig import RigSpec
 from scenes.transport.footprint import sample_sets
 from scenes.transport.hits import centre_hits
@@ -31,14 +30,6 @@ from scenes.transport.world import wheel_mesh
 from scenes.wheel import Wheel, build_wheel, load_wheel
 
 FINISHES = {"ground": {"alpha": 0.2}, "turned": {"alpha_u": 0.1, "alpha_v": 0.35}}
-
-
-@pytest.fixture(scope="module")
-def mi() -> Any:
-    module = activate()
-    if module.variant().startswith("scalar"):
-        pytest.skip("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
-    return module
 
 
 @pytest.fixture(scope="module")
