@@ -144,6 +144,11 @@ def _known_keys(cls: type[Any]) -> list[str]:
     return sorted(keys)
 
 
+def json_text(document: Any) -> str:
+    """A document as JSON for people and programs; JSON knows finite numbers, any other becomes null."""
+    return json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
+
+
 def finite(value: Any) -> Any:
     """A document with null for every number that is not finite."""
     if isinstance(value, Mapping):

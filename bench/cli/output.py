@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import logging
 import sys
 from collections.abc import Iterator
@@ -51,10 +50,11 @@ def json_beside(path: Path | None, document: Any) -> Iterator[None]:
         if path is not None:
             write_json(path, document)
         return
+    from burrscan.documents import json_text
     from burrscan.files import written_whole
 
     with written_whole(path) as beside:
-        beside.write_text(_as_text(document), "utf-8")
+        beside.write_text(json_text(document), "utf-8")
         yield
 
 
@@ -63,16 +63,11 @@ def write_json(path: Path, document: Any) -> None:
 
     JSON knows numbers that are finite; any other becomes null.
     """
+    from burrscan.documents import json_text
     from burrscan.files import written_whole
 
     if path == STANDARD_OUTPUT:
-        sys.stdout.write(_as_text(document))
+        sys.stdout.write(json_text(document))
         return
     with written_whole(path) as beside:
-        beside.write_text(_as_text(document), "utf-8")
-
-
-def _as_text(document: Any) -> str:
-    from burrscan.documents import finite
-
-    return json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
+        beside.write_text(json_text(document), "utf-8")

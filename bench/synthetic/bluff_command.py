@@ -12,7 +12,6 @@ A quarter of a second a part.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from dataclasses import asdict
@@ -25,7 +24,7 @@ from bench.score.shape import OFF_DEG
 from bench.synthetic.axis_parts import FAMILIES
 from bench.synthetic.bluff_table import Tally, Verdict, by, tally, verdict
 from burrscan.axis import METHODS
-from burrscan.documents import finite
+from burrscan.documents import json_text
 from burrscan.files import written_whole
 from burrscan.variants import resolve
 
@@ -107,12 +106,11 @@ def _document(given: argparse.Namespace, verdicts: list[Verdict]) -> dict[str, o
 
 
 def _write(path: Path, document: dict[str, object]) -> None:
-    text = json.dumps(finite(document), indent=1, allow_nan=False) + "\n"
     if path == _STANDARD_OUTPUT:
-        sys.stdout.write(text)
+        sys.stdout.write(json_text(document))
         return
     with written_whole(path) as beside:
-        beside.write_text(text, "utf-8")
+        beside.write_text(json_text(document), "utf-8")
 
 
 def _positive(text: str) -> int:

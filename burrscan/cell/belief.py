@@ -92,7 +92,7 @@ class Belief:
         the exponential distribution supposes least. What was found on the share of the part that was covered
         makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section 2.6).
         """
-        return (1.0 + self.found) / (1.0 / burrs + 1.0 - self._share(chart, None))
+        return (1.0 + self.found) / self._covered(chart, burrs)
 
     def left_in(self, chart: Chart, *, burrs: float, sights: Bools | None = None) -> float:
         """Probability that a burr is left in what can be seen at all.
@@ -107,8 +107,12 @@ class Belief:
             (S, AROUND) True where some pose shows the cell; all of them by default.
 
         """
-        covered = 1.0 / burrs + 1.0 - self._share(chart, None)
+        covered = self._covered(chart, burrs)
         return float(1.0 - (covered / (covered + self._share(chart, sights))) ** (1.0 + self.found))
+
+    def _covered(self, chart: Chart, burrs: float) -> float:
+        """Parts that speak for the rate: what is supposed of it counts as much as 1 / ``burrs`` of one."""
+        return 1.0 / burrs + 1.0 - self._share(chart, None)
 
     def _share(self, chart: Chart, sights: Bools | None) -> float:
         """Of the part's area what no look would have shown, in sight."""

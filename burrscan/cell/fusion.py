@@ -14,7 +14,7 @@ from burrscan.cell.chart import Chart, chart_of, line_of
 from burrscan.cell.evidence import Call, Place, joined
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
-from burrscan.cell.outlook import Outlook, facing, outlook
+from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -122,8 +122,7 @@ def _call(
         for number, (points, deviation) in enumerate(clouds)
         if number != look and bare(burr, T_part_plate @ pose, points, deviation)
     ]
-    aside = float(np.degrees(np.arctan2(abs(across), over)))
-    return Call(look, burr, pose, aside, faced, frozenset(against))
+    return Call(look, burr, pose, float(aside_deg(over, across)), faced, frozenset(against))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:

@@ -113,8 +113,12 @@ def outlook(
 
 
 def _shown(over: Floats, across: Floats) -> Floats:
-    aside = np.degrees(np.arctan2(np.abs(across), over))
-    return np.asarray(np.interp(aside, _SHOWN_DEG, (1.0, 0.0)))
+    return np.asarray(np.interp(aside_deg(over, across), _SHOWN_DEG, (1.0, 0.0)))
+
+
+def aside_deg(over: Floats, across: Floats) -> Floats:
+    """Angle between the surface's normal and the way to the camera, as it lies across a burr's line."""
+    return np.asarray(np.degrees(np.arctan2(np.abs(across), over)))
 
 
 def facing(over: Floats, across: Floats, baseline_along: Floats, baseline_across: Floats) -> Bools:
@@ -129,8 +133,9 @@ def facing(over: Floats, across: Floats, baseline_along: Floats, baseline_across
         plane of the baseline and the ray, where nothing tells the mirrored light from its own.
 
     """
-    aside = np.degrees(np.arctan2(np.abs(across), over))
-    return np.asarray((aside <= ASIDE_DEG) & (np.abs(baseline_along) >= np.abs(baseline_across)))
+    return np.asarray(
+        (aside_deg(over, across) <= ASIDE_DEG) & (np.abs(baseline_along) >= np.abs(baseline_across))
+    )
 
 
 def _inside(pixels: Floats, shape: tuple[int, int]) -> Bools:

@@ -95,7 +95,7 @@ def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
     """
     if station.spindle is None:
         raise InputError("the station has no spindle: give Station.spindle what starts and stops the mill")
-    T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
+    T_tool_flange = np.linalg.inv(station.T_flange_tool)
     station.arm.move(at_roll(path.above(0), roll_deg) @ T_tool_flange)
     station.spindle.start()
     try:

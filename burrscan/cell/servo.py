@@ -152,7 +152,7 @@ def servo(
     plate = station.table.move(turned(station.T_base_plate, turn))
     expected = plate @ T_plate_burr
     pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
-    lever = float(np.linalg.norm((station.T_flange_camera @ station.T_camera_tool)[:3, 3]))
+    lever = float(np.linalg.norm(station.T_flange_tool[:3, 3]))
     slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
     glances: list[Glance] = []
     same_side: list[Sighting] = []
@@ -212,7 +212,7 @@ def tool_poses(
     All are turned by ``slant_deg`` more: rows of pixels that cross a burr at a slant sample its section as
     densely as there are rows (the slanted edge of ISO 12233), those along it at a few places only.
     """
-    T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
+    T_tool_flange = np.linalg.inv(station.T_flange_tool)
     upright = _upright_roll(station, T_base_tool) + slant_deg
     for roll in _ROLLS_DEG:
         yield upright + roll, at_roll(T_base_tool, upright + roll) @ T_tool_flange
@@ -239,7 +239,7 @@ def _move(
 ) -> tuple[Floats, float]:
     """Bring the tool there, at the roll it has if it has one: (4, 4) ``T_base_camera`` reported, and roll."""
     said = ""
-    T_tool_flange = np.linalg.inv(station.T_flange_camera @ station.T_camera_tool)
+    T_tool_flange = np.linalg.inv(station.T_flange_tool)
     tries = (
         tool_poses(station, T_base_tool, slant_deg=slant_deg)
         if roll is None

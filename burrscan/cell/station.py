@@ -62,6 +62,11 @@ class Station:
         freeze(self, T_base_plate=self.T_base_plate, middle_mm=self.middle_mm)
 
     @property
+    def T_flange_tool(self) -> Floats:  # noqa: N802 (T_target_source)
+        """(4, 4) the tool on the flange."""
+        return np.asarray(self.T_flange_camera @ self.T_camera_tool)
+
+    @property
     def lens_sigma(self) -> tuple[float, float]:
         """Standard deviation (mm, deg) about each axis of a reported pose of the camera over the plate."""
         arm, table = self.arm.sheet, self.table.sheet
