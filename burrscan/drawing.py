@@ -16,6 +16,7 @@ from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.points.subdivide import is_coarse
 from burrscan.inspection import Axis, Check
+from burrscan.pose import placed
 
 SPACING = 0.004
 """Distance between samples, as a share of the largest radius: 0.4 mm on a wheel 200 mm across."""
@@ -64,7 +65,7 @@ class Sampled:
     def check(self, axis: Axis) -> Check:
         """Whether the facets are fine enough to tell burrs from corners."""
         part = T_part_mesh(axis.point_mm, axis.direction)
-        limit = _COARSEST * float(_radius(self.vertices_mm @ part[:3, :3].T + part[:3, 3]).max())
+        limit = _COARSEST * float(_radius(placed(part, self.vertices_mm)).max())
         return Check(
             "facets", self.facet_error_mm <= limit, self.facet_error_mm, limit, "mm",
             "the mesh is a drawing: burrs hardly higher than its facet error are not seen; export it with a "
@@ -94,7 +95,7 @@ def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis, *, sigma_mm: float =
     if not len(faces):
         return None
     part = T_part_mesh(axis.point_mm, axis.direction)
-    local = vertices_mm @ part[:3, :3].T + part[:3, 3]
+    local = placed(part, vertices_mm)
     largest = float(_radius(local).max())
     corners = local[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

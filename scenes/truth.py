@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Floats32, Ints32, freeze
+from burrscan.pose import placed
 from burrscan.rig import Rig
 from scenes.light import Light
 from scenes.measurable import limit_sigma_px, measurable
@@ -120,6 +121,6 @@ def _blemish_index(
     """(h, w) of the pixels that see the wheel itself."""
     index = np.full(hits.faces.shape, -1, np.int32)
     seen = (hits.faces >= 0) & on_wheel
-    points = hits.points_mm[seen] @ T_part_camera[:3, :3].T + T_part_camera[:3, 3]
+    points = placed(T_part_camera, hits.points_mm[seen])
     index[seen] = blemish_at(points, scene.blemish, wheel.generatrix_zr_mm)
     return index

@@ -21,6 +21,7 @@ from bench.synthetic.spec import MeshSpec, scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.rivals.seed import find_axis_seed
 from burrscan.errors import InputError
+from burrscan.pose import placed
 
 SHAPES = ("stepped_wheel", "flanged_hub", "cone", "cylinder")
 """Made-up wheels of 80 to 100 mm radius, without any rendering."""
@@ -91,7 +92,7 @@ def _turned_back(spec: MeshSpec, k: int) -> tuple[Floats, Ints32]:
     """The ``k``-th draw, in the pose of the first."""
     first, own = scanned(spec, identity=(0,)), scanned(spec, identity=(k,))
     motion = first.T_mesh_part @ np.linalg.inv(own.T_mesh_part)
-    return own.vertices_mm @ motion[:3, :3].T + motion[:3, 3], own.faces
+    return placed(motion, own.vertices_mm), own.faces
 
 
 def measure(lab: Lab) -> Numbers:

@@ -17,6 +17,7 @@ from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis import find_axis
 from burrscan.errors import InputError
+from burrscan.pose import placed
 
 METHODS = {
     "seed": "the paper's",
@@ -45,7 +46,7 @@ def whole(views: list[Scanned], *, noise_mm: float = 0.0, draw: int = 0) -> tupl
     for number, view in enumerate(views):
         T = view.arrays["T_part_camera"]
         moved = along_rays(view.vertices_mm, noise_mm, seed=number + len(views) * draw)
-        points.append(moved @ T[:3, :3].T + T[:3, 3])
+        points.append(placed(T, moved))
         faces.append(view.faces[_in_sector(view, 360.0 / len(views))[view.faces].all(axis=1)] + start)
         start += len(points[-1])
     return np.concatenate(points), np.concatenate(faces).astype(np.int32)

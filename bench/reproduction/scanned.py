@@ -18,6 +18,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.inspection import Axis
 from burrscan.meshing import surface
 from burrscan.pipeline import Stage, stage_function
+from burrscan.pose import placed
 from scenes.scene import content_hash, scene_from
 from scenes.simulate import Simulation, simulate
 from scenes.transport.store import default_folder
@@ -69,7 +70,7 @@ class Scanned:
     def part_mm(self) -> Floats:
         """(V, 3) in the true part frame."""
         T = self.arrays["T_part_camera"]
-        return np.asarray(self.vertices_mm @ T[:3, :3].T + T[:3, 3])
+        return np.asarray(placed(T, self.vertices_mm))
 
     def error_deg(self, direction: Floats) -> float:
         """Angle between a direction and the true axis."""
@@ -99,7 +100,7 @@ class Scanned:
 def in_frame(vertices_mm: Floats, axis: Axis) -> Floats:
     """(V, 3) vertices in the part frame of an axis found."""
     T = T_part_mesh(axis.point_mm, axis.direction)
-    return np.asarray(vertices_mm @ T[:3, :3].T + T[:3, 3])
+    return np.asarray(placed(T, vertices_mm))
 
 
 _LAST: dict[str, Simulation] = {}

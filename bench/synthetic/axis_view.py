@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.synthetic.axis_parts import FAMILIES
-from bench.synthetic.depth_view import single_view
-from bench.synthetic.revolution import RevolutionScan, random_pose
+from bench.synthetic.depth_view import posed_view
+from bench.synthetic.revolution import RevolutionScan
 
-PIXELS = 200
-"""Across: some 10,000 to 30,000 vertices, as a small depth camera gives."""
 REACHES_PX = (0.0, 0.0, 1.5, 4.0, 10.0)
 """Of the noise, drawn alike; two in five views have noise of each pixel's own."""
 NOISE = (0.0005, 0.002)
@@ -37,15 +35,7 @@ def part_view(family: str, number: int, *, seed: int) -> PartView:
     low, high = np.log10(NOISE)
     sigma = float(np.ptp(vertices, axis=0).max()) * float(10.0 ** rng.uniform(low, high))
     reach_px = float(rng.choice(REACHES_PX))
-    points, triangles = single_view(
-        vertices,
-        faces,
-        rng.normal(size=3),
-        pixels=PIXELS,
-        sigma=sigma,
-        reach_px=reach_px,
-        seed=(*identity, 1),
+    points, triangles, pose = posed_view(
+        vertices, faces, rng, sigma=sigma, reach_px=reach_px, seed=(*identity, 1)
     )
-    pose = random_pose(rng)
-    placed = points @ pose[:3, :3].T + pose[:3, 3]
-    return PartView(RevolutionScan(placed, triangles, pose[:3, 3], pose[:3, 2], pose, sigma), reach_px)
+    return PartView(RevolutionScan(points, triangles, pose[:3, 3], pose[:3, 2], pose, sigma), reach_px)

@@ -16,15 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Console
 
-from bench.synthetic.depth_view import single_view
+from bench.synthetic.depth_view import posed_view
 from bench.synthetic.ordinary_parts import PARTS, Mesh
-from bench.synthetic.revolution import axis_angle_deg, random_pose
+from bench.synthetic.revolution import axis_angle_deg
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
 
-_PIXELS = 200
-"""Across: some 10,000 to 30,000 vertices, as a small depth camera gives."""
 _OFF_DEG = 1.0
 """An axis further off than this is counted apart: what is called about it is that axis's doing."""
 
@@ -58,16 +56,10 @@ def seen(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats]:
     rng = np.random.default_rng((list(PARTS).index(part), number))
     vertices, faces = PARTS[part](rng)
     sigma = noise * float(np.ptp(vertices, axis=0).max())
-    points, triangles = single_view(
-        vertices,
-        faces,
-        rng.normal(size=3),
-        pixels=_PIXELS,
-        sigma=sigma,
-        seed=(number, list(PARTS).index(part)),
+    points, triangles, pose = posed_view(
+        vertices, faces, rng, sigma=sigma, seed=(number, list(PARTS).index(part))
     )
-    pose = random_pose(rng)
-    return (points @ pose[:3, :3].T + pose[:3, 3], triangles), pose[:3, 2]
+    return (points, triangles), pose[:3, 2]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -6,8 +6,12 @@ import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from bench.synthetic.revolution import random_pose
 from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.pose import placed
 
+_PIXELS = 200
+"""Across a posed view: some 10,000 to 30,000 vertices, as a small depth camera gives."""
 _JUMP = 4.0
 """Step in depth, in pixels, that no face spans."""
 
@@ -61,6 +65,26 @@ def single_view(
     i, j = np.nonzero(seen)
     points = np.stack([low[0] + i * step, low[1] + j * step, noisy[seen]], axis=1) @ axes
     return points, _view_faces(depth, seen, _JUMP * step)
+
+
+def posed_view(
+    vertices: Floats,
+    faces: Ints32,
+    rng: np.random.Generator,
+    *,
+    sigma: float,
+    reach_px: float = 0.0,
+    seed: tuple[int, ...],
+) -> tuple[Floats, Ints32, Floats]:
+    """A view of 200 pixels from a random direction, in a random pose: vertices, faces and the pose (4, 4).
+
+    Noise as :func:`single_view` takes it.
+    """
+    points, triangles = single_view(
+        vertices, faces, rng.normal(size=3), pixels=_PIXELS, sigma=sigma, reach_px=reach_px, seed=seed
+    )
+    pose = random_pose(rng)
+    return placed(pose, points), triangles, pose
 
 
 def _noise(shape: tuple[int, ...], reach_px: float, rng: np.random.Generator) -> Floats:

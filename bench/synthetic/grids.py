@@ -15,6 +15,7 @@ from bench.synthetic.revolution import (
     random_pose,
 )
 from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.pose import placed
 
 MIDDLE_RADIUS_MM = 90.0
 """Where a step of the grid around is as long as one along the curve."""
@@ -70,7 +71,7 @@ def grid_scan(
     z, r = (curve + lift[:, None] * normal).T
     points = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
     pose = random_pose(rng)
-    vertices = points @ pose[:3, :3].T + pose[:3, 3]
+    vertices = placed(pose, points)
     return RevolutionScan(vertices, _faces(inside), pose[:3, 3], pose[:3, 2], pose, noise.sigma_mm)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from burrscan.arrays import Floats, Ints32
+from burrscan.pose import placed
 
 PROFILES: dict[str, tuple[tuple[float, float], ...]] = {
     # (z, r) in mm. The stepped wheel of METHODS: radius 80 to 100 mm, 60 mm wide, same Cramér-Rao bounds.
@@ -158,5 +159,5 @@ def revolution_scan(
     z, r = curve[:, 0] + lift * normal[:, 0], curve[:, 1] + lift * normal[:, 1]
     points = scale * np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1).reshape(-1, 3)
     pose = random_pose(rng, reach_mm=500.0 * scale)
-    vertices = points @ pose[:3, :3].T + pose[:3, 3]
+    vertices = placed(pose, points)
     return RevolutionScan(vertices, grid_faces(*shape), pose[:3, 3], pose[:3, 2], pose, scale * sigma_mm)

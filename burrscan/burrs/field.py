@@ -18,6 +18,7 @@ from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
 from burrscan.generatrix.tracing.cells import arc_of
 from burrscan.inspection import Axis, Generatrix
+from burrscan.pose import placed
 
 _CLIP = 6.0
 """A vertex counts for this many sigma at most, so that a spike is no burr."""
@@ -136,7 +137,7 @@ def field_of(
 def _strangers(vertices_mm: Floats, faces: Ints32, axis: Axis, line: Polyline, foot: Foot) -> Bools:
     """(V,) True for vertices near the curve of a surface that is not theirs."""
     transform = T_part_mesh(axis.point_mm, axis.direction)
-    part = vertices_mm @ transform[:3, :3].T + transform[:3, 3]
+    part = placed(transform, vertices_mm)
     normal = line.normals[np.maximum(foot.segment, 0)]
     return of_another_surface(part, faces, normal, foot.distance_mm)
 

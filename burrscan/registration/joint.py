@@ -53,7 +53,7 @@ _EFFICIENCY = 0.961
 _STEPS = 32
 """Of Gauss-Newton per resolution; five do."""
 _WHOLE = 10
-"""Of them, then half ones: points that change from one piece to the next make whole ones go to and fro."""
+"""Of them, then half ones: points that change from one piece to the next make whole ones oscillate."""
 _SETTLED = 0.2
 """Done when the poses move by less than this share of their standard deviations: points that change from one
 piece, or one bin, to the next shake them by some tenths."""

@@ -12,6 +12,7 @@ from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.generatrix.polyline import Polyline, polyline_of, revolved
 from burrscan.inspection import Axis, Generatrix
+from burrscan.pose import placed
 from burrscan.rig import Rig, View
 
 _GRAZING = 0.25
@@ -106,7 +107,7 @@ def _reached(
     points: Floats, normals: Floats, centre: Floats, T_device_camera: Floats, view: View, step: float
 ) -> tuple[Bools, Floats]:
     """Which cells a device reaches, and their (row, column) in its raster."""
-    local = points @ T_device_camera[:3, :3].T + T_device_camera[:3, 3]
+    local = placed(T_device_camera, points)
     pixel = np.moveaxis(view.project(local), -1, 0)[::-1]
     towards = centre - points
     distance = np.linalg.norm(towards, axis=-1)

@@ -16,6 +16,7 @@ from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.field import field_of
 from burrscan.burrs.height import judged
 from burrscan.inspection import Axis, Burr, Generatrix, Value
+from burrscan.pose import placed
 
 _CIRCLE_ITERATIONS = 5
 """RANSAC rounds per circle: the paper's five."""
@@ -125,7 +126,7 @@ def _farthest(
 ) -> tuple[Floats, Floats]:
     """Angle of the farthest point of each circle, about its own centre, and its signed distance."""
     transform = T_part_mesh(axis.point_mm, axis.direction)
-    bags = _bags(vertices_mm @ transform[:3, :3].T + transform[:3, 3], faces, planes)
+    bags = _bags(placed(transform, vertices_mm), faces, planes)
     angles, signed = [], []
     for points in bags:
         if len(points) < 4:
