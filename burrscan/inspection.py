@@ -31,10 +31,11 @@ class Axis:
     evaluations
         How often the method evaluated its quality measure.
     undetermined
-        What the data leave open, such as ``("direction",)`` for a sphere; empty for a well-posed shape.
+        What the data leave open, such as ``("direction",)`` for a sphere, or ``("direction to 1 deg",)``
+        where the axis is known, but may well be more than a degree off; empty for a well-posed shape.
     gross_probability
-        Probability that the axis is another one altogether, which the covariance does not know of. NaN where
-        a method states none.
+        Probability that the axis is another one altogether, which the covariance does not know of, or more
+        than a degree off. NaN where a method states none.
 
     """
 

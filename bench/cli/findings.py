@@ -68,11 +68,10 @@ def _axis_lines(axis: Axis) -> list[str]:
     point, direction = _vector(axis.point_mm, 3), _vector(axis.direction, 5)
     lines = [f"axis          point {point} mm, direction {direction}, {stated}, by '{axis.method}'"]
     if axis.gross_probability >= _WORTH_SAYING:
-        lines.append(
-            f"              {100.0 * axis.gross_probability:.1g} % that it is another one altogether"
-        )
+        share = f"{100.0 * axis.gross_probability:.1g} %"
+        lines.append(f"              {share} that it is grossly wrong, by over a degree or altogether")
     if axis.undetermined:
-        lines.append(f"              the shape leaves open: {', '.join(axis.undetermined)}")
+        lines.append(f"              the data leave open: {', '.join(axis.undetermined)}")
     return lines
 
 

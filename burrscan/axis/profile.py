@@ -8,7 +8,14 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import perpendicular_basis, sensed
 from burrscan.axis.fitting.ambiguity import undetermined
 from burrscan.axis.fitting.covariance import AxisCovariance, covariance_of
-from burrscan.axis.fitting.doubt import ALIKE, gross_probability, others, thickness
+from burrscan.axis.fitting.doubt import (
+    ALIKE,
+    gross_probability,
+    independent_errors,
+    off_probability,
+    others,
+    thickness,
+)
 from burrscan.axis.fitting.fit import FLOOR, Fit, refine
 from burrscan.axis.fitting.ridges import SPACING
 from burrscan.axis.fitting.starts import candidate_axes
@@ -37,16 +44,12 @@ LEAST_CORNERS = 0.5
 SMOOTH = 0.25
 """Share of independent noise that two rounds of averaging over six neighbours leave."""
 MOST_DOUBT = 0.001
-"""Refused is what is more probably wrong than this: one bluff in a thousand is the goal."""
+"""What is more probably wrong than this is not given as certain: one bluff in a thousand is the goal."""
+DEGREE = "direction to 1 deg"
+"""Left open where no other axis fits, but this one may be more than a degree off."""
 HALF = 0.5
 """Of the median distance between points averaged once and those with that given back: most of their gap is
 along the surface."""
-MISFIT = 3.0
-"""A generatrix this many times thicker than the points' own noise is that of a part which is not all
-round."""
-MOST_SHAPES = 32.0
-"""Independent errors that such a part's shape makes at most, one for each 11° of the turn: what a wrong
-axis fits is shape as well, and no chance."""
 MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
 SLOPE_NOISE = 0.015
@@ -85,7 +88,8 @@ def find_axis_profile(
 
     Notes
     -----
-    O(V + T).
+    O(V + T). An axis without rivals that may still be more than a degree off is given, and ``undetermined``
+    says so.
 
     """
     cloud = canonical_cloud(vertices_mm, sigma_mm)
@@ -139,28 +143,37 @@ def find_axis_profile(
     stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
     fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
-    total = float(counts.sum())
-    rivals = others(fit, rivals, total)
-    doubt = 0.0
-    if rivals:
-        alone = refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=2)
-        misfit = known.noise > MISFIT * raw_sigma
-        independent = min(known.independent, MOST_SHAPES) if misfit else known.independent
-        doubt = gross_probability(alone, rivals, total=total, independent=independent)
-    axis = axis_of(cloud, fit, known, evaluations + fit.steps, flags, doubt=doubt)
-    if doubt > most_doubt and "direction" not in flags:
-        raise InputError(_refusal(axis, [_line(cloud, rival) for rival in rivals]))
+    rivals = others(fit, rivals, float(counts.sum()))
+    other = _other_probability(means, counts, fit, rivals, known=known, noise=SMOOTH * raw_sigma)
+    off = off_probability(known.covariance[:2, :2], freedom=known.freedom)
+    if off > MOST_DOUBT and "direction" not in flags:
+        flags = (*flags, DEGREE)
+    axis = axis_of(cloud, fit, known, evaluations + fit.steps, flags, doubt=other + (1.0 - other) * off)
+    if other > most_doubt and "direction" not in flags:
+        raise InputError(_refusal(axis, other, [_line(cloud, rival) for rival in rivals]))
     return axis
 
 
-def _refusal(axis: Axis, rivals: list[tuple[Floats, Floats]]) -> str:
-    """Why an axis is not given: what else it might be."""
+def _other_probability(
+    means: Floats, counts: Floats, fit: Fit, rivals: list[Fit], *, known: AxisCovariance, noise: float
+) -> float:
+    """Probability that a rival is the axis; ``noise`` is that of the smoothed points."""
+    if not rivals:
+        return 0.0
+    total = float(counts.sum())
+    alone = refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=2)
+    errors = independent_errors(thickness=thickness(alone, total), noise=noise, points=known.independent)
+    return gross_probability(alone, rivals, total=total, independent=errors)
+
+
+def _refusal(axis: Axis, probability: float, rivals: list[tuple[Floats, Floats]]) -> str:
+    """Why an axis is not given: what else it might be, and how probable that is."""
     first, *more = (
         f"({', '.join(f'{x:.4g}' for x in direction)}) through ({', '.join(f'{x:.4g}' for x in point)})"
         for point, direction in [(axis.point_mm, axis.direction), *rivals]
     )
     return (
-        f"the axis is in doubt, {100.0 * axis.gross_probability:.2g} % that it is another one: the points "
+        f"the axis is in doubt, {100.0 * probability:.2g} % that it is another one: the points "
         f"fit {first}, but also {', '.join(more)}; hand over more of the part or another view of it, without "
         "what is not round (or most_doubt = 1, to have the axis all the same)"
     )

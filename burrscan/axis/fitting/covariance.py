@@ -35,12 +35,15 @@ class AxisCovariance:
         Standard deviation of the raw points about the generatrix.
     independent
         Number of independent points that would tell as much: the points over what their errors share.
+    freedom
+        Degrees of freedom behind the covariance: pairs of sectors that hold points, less the four of the fit.
 
     """
 
     covariance: Floats
     noise: float
     independent: float
+    freedom: float
 
 
 @kernel
@@ -256,7 +259,8 @@ def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces:
     basis = whiten @ (modes / np.sqrt(np.maximum(real, 0.01)))
     covariance = basis @ (modes.T @ wide @ modes) @ basis.T * variance + np.outer(step, step)
     independent = float(told.weights.sum()) / (0.25 * float(np.trace(wide)))
-    return AxisCovariance(covariance, float(np.sqrt(variance)), independent)
+    freedom = max(float(np.count_nonzero(_paired(told.weights, 0))) - 4.0, 1.0)
+    return AxisCovariance(covariance, float(np.sqrt(variance)), independent, freedom)
 
 
 def _paired(values: Floats, axis: int) -> Floats:
