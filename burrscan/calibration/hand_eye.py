@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats, freeze
 from burrscan.calibration.board import Board
 from burrscan.errors import InputError
-from burrscan.pose import cross_matrix, exponential, placed
+from burrscan.pose import cross_matrix, exponential
 from burrscan.rig import View
 
 FEWEST_POSES = 4
@@ -238,29 +238,37 @@ class _Problem:
     camera: View
     robot: Floats
 
+    def residuals(self, X: Floats, Z: Floats, off: Floats) -> Floats:
+        """Projected less seen corners, (views, 2 · corners) in pixels; see :meth:`rows`."""
+        return self._off(self._seen(X, Z, off)[1])
+
     def rows(self, X: Floats, Z: Floats, off: Floats) -> tuple[Floats, Floats]:
         """Residuals (views, 2 · corners) in pixels and their derivatives (views, 2 · corners, 18).
 
         By the twists of X, of Z and of the view's own pose, each on the right of its motion; ``off`` (views,
         4, 4) are the motions between reported and real flange.
         """
-        residuals, slopes = [], []
-        back: Floats = np.asarray(np.linalg.inv(X), dtype=float)
-        for view, own in zip(self.views, off, strict=True):
-            T_camera_board: Floats = back @ np.linalg.inv(view.T_base_flange @ own) @ Z
-            points = placed(T_camera_board, self.board.points_mm)
-            residuals.append((self.camera.project(points) - view.corners_px).ravel())
-            by = self._by_twist(points)
-            slopes.append(
-                np.concatenate([-by, by @ _adjoint(T_camera_board), -by @ _adjoint(back)], axis=-1).reshape(
-                    -1, 18
-                )
-            )
-        return np.stack(residuals), np.stack(slopes)
+        T_camera_board, points = self._seen(X, Z, off)
+        by = self._by_twist(points)
+        slopes = np.concatenate(
+            [-by, by @ _adjoint(T_camera_board)[:, None], -by @ _adjoint(np.linalg.inv(X))], axis=-1
+        )
+        return self._off(points), slopes.reshape(len(off), -1, 18)
+
+    def _seen(self, X: Floats, Z: Floats, off: Floats) -> tuple[Floats, Floats]:
+        """The board's poses in the camera (views, 4, 4), and its points there (views, corners, 3)."""
+        told = np.stack([view.T_base_flange for view in self.views])
+        T_camera_board: Floats = np.linalg.inv(X) @ np.linalg.inv(told @ off) @ Z
+        turned = self.board.points_mm @ T_camera_board[:, :3, :3].swapaxes(1, 2)
+        return T_camera_board, turned + T_camera_board[:, None, :3, 3]
+
+    def _off(self, points: Floats) -> Floats:
+        corners = np.stack([view.corners_px for view in self.views])
+        return np.asarray((self.camera.project(points) - corners).reshape(len(points), -1))
 
     def _by_twist(self, points: Floats) -> Floats:
-        """(corners, 2, 6) change of the pixels by a rotation about the camera and a shift."""
-        step = _STEP * float(np.abs(points[:, 2]).mean())
+        """(views, corners, 2, 6) change of the pixels by a rotation about the camera and a shift."""
+        step = _STEP * np.abs(points[..., 2:]).mean(axis=1, keepdims=True)
         by_point = np.stack(
             [
                 (self.camera.project(points + step * one) - self.camera.project(points - step * one))
@@ -269,7 +277,7 @@ class _Problem:
             ],
             axis=-1,
         )
-        turned = np.stack([np.cross(one, points) for one in np.eye(3)], axis=-1)  # (corners, 3, 3)
+        turned = np.stack([points @ cross_matrix(one).T for one in np.eye(3)], axis=-1)
         return np.concatenate([by_point @ turned, by_point], axis=-1)
 
 
@@ -282,7 +290,7 @@ def _adjusted(problem: _Problem, X: Floats, Z: Floats) -> HandEye:
     residual = np.zeros((count, 1))
     for step in range(_STEPS):
         residual, slopes = problem.rows(X, Z, off)
-        twists = np.stack([_twist(own) for own in off])
+        twists = _twists(off)
         normal, pull = _normal(residual / sigma_px, slopes / sigma_px, twists, factor * problem.robot)
         inverse = np.asarray(np.linalg.inv(normal))
         change = -inverse @ pull
@@ -296,8 +304,7 @@ def _adjusted(problem: _Problem, X: Floats, Z: Floats) -> HandEye:
             sigma_px, factor = _noises(problem, X, Z, off, inverse, slopes, sigma_px, factor)
             if settled and np.allclose(told, (sigma_px, factor), rtol=1e-2):
                 break
-    residual, _ = problem.rows(X, Z, off)
-    twists = np.stack([_twist(own) for own in off])
+    residual, twists = problem.residuals(X, Z, off), _twists(off)
     return HandEye(
         X,
         Z,
@@ -335,12 +342,11 @@ def _noises(
     factor: float,
 ) -> tuple[float, float]:
     """Both standard deviations by their residuals over their redundancy."""
-    residual, _ = problem.rows(X, Z, off)
-    twists = np.stack([_twist(own) for own in off]) / (factor * problem.robot)
+    residual, twists = problem.residuals(X, Z, off), _twists(off) / (factor * problem.robot)
     free = 0.0
     for number, by in enumerate(slopes):
         own = np.r_[0:12, 12 + 6 * number : 18 + 6 * number]
-        free += len(by) - float(np.trace(by @ inverse[np.ix_(own, own)] @ by.T)) / sigma_px**2
+        free += len(by) - float((by @ inverse[np.ix_(own, own)] * by).sum()) / sigma_px**2
     taken = np.diag(inverse)[12:].reshape(-1, 6) / (factor * problem.robot) ** 2
     corners = float(np.sqrt((residual**2).sum() / max(free, 1.0)))
     arm = factor * float(np.sqrt((twists**2).sum() / max((1.0 - taken).sum(), 1.0)))
@@ -348,10 +354,12 @@ def _noises(
 
 
 def _adjoint(pose: Floats) -> Floats:
-    """(6, 6) takes a twist on the right of a motion to the one on its left."""
-    turn = pose[:3, :3]
-    return np.block([[turn, np.zeros((3, 3))], [cross_matrix(pose[:3, 3]) @ turn, turn]])
+    """(..., 6, 6) takes a twist on the right of a motion (..., 4, 4) to the one on its left."""
+    turn = pose[..., :3, :3]
+    cross = np.einsum("...i,ijk->...jk", pose[..., :3, 3], [cross_matrix(one) for one in np.eye(3)])
+    return np.block([[turn, np.zeros_like(turn)], [cross @ turn, turn]])
 
 
-def _twist(pose: Floats) -> Floats:
-    return np.concatenate([Rotation.from_matrix(pose[:3, :3]).as_rotvec(), pose[:3, 3]])
+def _twists(poses: Floats) -> Floats:
+    """(n, 6) rotation vectors and translations of motions (n, 4, 4)."""
+    return np.concatenate([Rotation.from_matrix(poses[:, :3, :3]).as_rotvec(), poses[:, :3, 3]], axis=1)

@@ -23,9 +23,9 @@ def twist(found: Floats, true: Floats) -> Floats:
     return np.array([*Rotation.from_matrix(off[:3, :3]).as_rotvec(), *off[:3, 3]])
 
 
-def draws(**options: float) -> list[tuple[Arm, HandEye]]:
+def draws(count: int = DRAWS, **options: float) -> list[tuple[Arm, HandEye]]:
     found = []
-    for seed in range(DRAWS):
+    for seed in range(count):
         rng = np.random.default_rng(seed)
         one = arm(rng, **options)  # type: ignore[arg-type]
         found.append((one, calibrate_hand_eye(one.views(rng), BOARD, CAMERA)))
@@ -70,7 +70,7 @@ def test_the_noises_are_those_that_were_put_in(many: list[tuple[Arm, HandEye]]) 
 
 def test_an_arm_less_accurate_than_it_repeats_widens_what_is_stated() -> None:
     """Ten times the repeatability in both: the residuals show it, and the ellipsoids still hold the truth."""
-    found = draws(robot_mm=0.5, robot_deg=0.1)[:60]
+    found = draws(60, robot_mm=0.5, robot_deg=0.1)
     assert np.median([one.robot_factor for _, one in found]) == pytest.approx(10.0, rel=0.15)
     assert squares(found)[:, 0].mean() < 6.0 * 1.7
 
