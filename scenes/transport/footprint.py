@@ -8,6 +8,8 @@ integral stays unbiased, but the mean of a set is the centre exactly.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.stats import qmc
 
@@ -15,8 +17,9 @@ from burrscan.arrays import Floats32
 from burrscan.errors import InputError
 
 
+@lru_cache(maxsize=8)  # scipy takes longer to set up hundreds of nets than to draw their points
 def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
-    """Sets of mirrored net points on the unit pixel, (sets, samples, 2). O(sets × samples).
+    """Sets of mirrored net points on the unit pixel, (sets, samples, 2), read-only. O(sets × samples).
 
     Parameters
     ----------
@@ -37,4 +40,6 @@ def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
         raise InputError(f"samples per pixel must be a power of two of at least 2, not {samples}")
     rng = np.random.default_rng(seed)
     halves = np.stack([qmc.Sobol(2, scramble=True, rng=rng).random(samples // 2) for _ in range(sets)])
-    return np.concatenate([halves, 1.0 - halves], axis=1).astype(np.float32)
+    points = np.concatenate([halves, 1.0 - halves], axis=1).astype(np.float32)
+    points.flags.writeable = False
+    return points
