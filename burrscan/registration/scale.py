@@ -58,11 +58,11 @@ def scale_of(points_mm: Floats, tree: cKDTree, rng: np.random.Generator) -> Scal
     """Measure a view's noise and pitch: (V, 3) points and the tree over them. O(log V) for 250 places."""
     places = points_mm[rng.permutation(len(points_mm))[:_PLACES]]
     most = min(_MOST_NEIGHBOURS, len(points_mm))
-    distance, near = (np.asarray(found) for found in tree.query(places, k=most))
     count = min(_LEAST_NEIGHBOURS, most)
     while True:
-        reach = float(np.median(distance[:, count - 1]))
-        noise = float(np.median([_thickness(points_mm[row[:count]]) for row in near]))
+        distance, near = (np.asarray(found) for found in tree.query(places, k=count))
+        reach = float(np.median(distance[:, -1]))
+        noise = float(np.median([_thickness(points_mm[row]) for row in near]))
         if noise < _FLAT * reach or 2 * count > most:
             return Scale(noise, reach * float(np.sqrt(np.pi / count)))
         count *= 2

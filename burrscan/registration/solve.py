@@ -100,13 +100,13 @@ def solve(pairs: Sequence[Pairs], poses: Floats, prior: Prior, middle_mm: Floats
     for number in range(count):
         block = _block(number)
         known[block, block], wanted[block] = prior.equations(poses[number], number, middle_mm)
-    for pair in pairs:
-        rows = _Rows(pair, middle_mm)
+    looks = [(pair, _Rows(pair, middle_mm)) for pair in pairs]
+    for pair, rows in looks:
         _spread_out(told, pair, rows.square)
         _spread_out(feigned, pair, rows.feigned)
         pull[_block(pair.moving)] -= rows.pull
         pull[_block(pair.fixed)] += rows.pull
-    for pair, square in _shaken(pairs, middle_mm, patch_mm):
+    for pair, square in _shaken(looks, patch_mm):
         _spread_out(shaken, pair, square)
     kept = _significant(told - feigned, feigned + _TRACE * known)
     told, feigned, shaken, pull = (
@@ -161,11 +161,11 @@ class _Rows:
     def __init__(self, pair: Pairs, middle_mm: Floats) -> None:
         self.lever = pair.points_mm - middle_mm
         self.jacobian = np.concatenate([np.cross(self.lever, pair.normals), pair.normals], axis=1)
-        self.weight = _BOTH_WAYS * weights(pair)
-        self.scores = self.jacobian * (self.weight * pair.distance_mm)[:, None]
-        self.square = (self.jacobian.T * self.weight) @ self.jacobian
+        weight = _BOTH_WAYS * weights(pair)
+        self.scores = self.jacobian * (weight * pair.distance_mm)[:, None]
+        self.square = (self.jacobian.T * weight) @ self.jacobian
         self.pull = self.scores.sum(axis=0)
-        self.feigned = _feigned(self.lever, pair.normals, self.weight * pair.lean)
+        self.feigned = _feigned(self.lever, self.jacobian, weight * pair.lean)
 
 
 def _spread_out(matrix: Floats, pair: Pairs, square: Floats) -> None:
@@ -177,40 +177,47 @@ def _spread_out(matrix: Floats, pair: Pairs, square: Floats) -> None:
     matrix[other, one] -= square
 
 
-def _shaken(pairs: Sequence[Pairs], middle_mm: Floats, patch_mm: float) -> list[tuple[Pairs, Floats]]:
+def _shaken(looks: Sequence[tuple[Pairs, _Rows]], patch_mm: float) -> list[tuple[Pairs, Floats]]:
     """Per two views the covariance (6, 6) of what their distances pull, where those of a patch err together.
 
     The sum of what every patch pulls, squared (Liang & Zeger 1986), and in no direction less than that of
     distances that know nothing of each other.
     """
-    both: dict[tuple[int, int], list[Pairs]] = {}
-    for pair in pairs:
-        both.setdefault((min(pair.moving, pair.fixed), max(pair.moving, pair.fixed)), []).append(pair)
+    both: dict[tuple[int, int], list[tuple[Pairs, _Rows]]] = {}
+    for look in looks:
+        pair = look[0]
+        both.setdefault((min(pair.moving, pair.fixed), max(pair.moving, pair.fixed)), []).append(look)
     found = []
-    for looks in both.values():
-        rows = [_Rows(pair, middle_mm) for pair in looks]
-        square = np.sum([one.square for one in rows], axis=0)
+    for of_two in both.values():
+        first = of_two[0][0]
+        square = np.sum([rows.square for _, rows in of_two], axis=0)
         # the same noise seen the other way round pulls the other view
-        sense = [1.0 if pair.moving == looks[0].moving else -1.0 for pair in looks]
-        scores = np.concatenate([s * one.scores for s, one in zip(sense, rows, strict=True)])
-        patch = np.floor(np.concatenate([one.lever for one in rows]) / patch_mm).astype(np.int64)
-        number = np.unique(patch, axis=0, return_inverse=True)[1].reshape(-1)
+        scores = np.concatenate(
+            [rows.scores if pair.moving == first.moving else -rows.scores for pair, rows in of_two]
+        )
+        patch = np.floor(np.concatenate([rows.lever for _, rows in of_two]) / patch_mm).astype(np.int64)
+        patch -= patch.min(axis=0)
+        number = np.unique(np.ravel_multi_index(patch.T, patch.max(axis=0) + 1), return_inverse=True)[1]
         pulls = np.stack([np.bincount(number, scores[:, k]) for k in range(6)], axis=1)
         metric = square + np.finfo(float).eps * np.trace(square) * np.eye(6)
         size, motions = eigh(pulls.T @ pulls, metric)
         back = metric @ motions
-        found.append((looks[0], (back * np.maximum(size, 1.0)) @ back.T))
+        found.append((first, (back * np.maximum(size, 1.0)) @ back.T))
     return found
 
 
-def _feigned(lever: Floats, normals: Floats, weight: Floats) -> Floats:
-    """(6, 6) weighted sum of the covariances of (lever × normal, normal) by normals that lean."""
-    across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
-    zero = np.zeros(len(lever))
-    x, y, z = lever.T
-    turn = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    by = np.concatenate([turn, np.broadcast_to(np.eye(3), turn.shape)], axis=1)
-    return np.asarray(np.einsum("n,nai,nij,nbj->ab", weight, by, across, by, optimize=True))
+def _feigned(lever: Floats, jacobian: Floats, weight: Floats) -> Floats:
+    """(6, 6) weighted sum of the covariances of (lever × normal, normal) by normals that lean.
+
+    A normal leans alike in all directions but its own: with B = ([lever]×, 1) it is B Bᵀ less what the normal
+    itself, the row of the ``jacobian``, would give.
+    """
+    square = (lever.T * weight) @ lever
+    cross, total = cross_matrix(weight @ lever), weight.sum()
+    every = np.block(
+        [[np.trace(square) * np.eye(3) - square, cross], [cross.T, total * np.eye(3)]],
+    )
+    return np.asarray(every - (jacobian.T * weight) @ jacobian)
 
 
 def _block(number: int) -> slice:

@@ -16,6 +16,7 @@ from bench.run.gather import gather
 from bench.run.runner import run_suite
 from bench.run.shard import Shard
 from burrscan.errors import InputError
+from tests.bench.at_hand import AtHand
 from tests.bench.cluster_lab import FAKES, content, small_suite
 
 SHARDS = 3
@@ -35,7 +36,7 @@ def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
 def parts(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("parts")
     return [
-        run_suite(small_suite(7), folder / str(n), workers=1, shard=Shard(n, SHARDS), examine_case=fakes.good)
+        run_suite(small_suite(7), folder / str(n), engine=AtHand(), shard=Shard(n, SHARDS), examine_case=fakes.good)
         for n in range(1, SHARDS + 1)
     ]
 
@@ -78,13 +79,13 @@ def test_what_no_part_has_is_missing_and_is_made_by_resuming(
 ) -> None:
     assert main(["gather", str(parts[0]), str(parts[2]), "--out", str(tmp_path / "r")]) == 0
     assert "4 records are missing" in capsys.readouterr().err
-    run_suite(small_suite(7), tmp_path / "r", workers=1, examine_case=fakes.good)
+    run_suite(small_suite(7), tmp_path / "r", engine=AtHand(), examine_case=fakes.good)
     assert load_run(tmp_path / "r").missing == 0
 
 
 def test_parts_of_another_run_are_refused(fakes: ModuleType, parts: list[Path], tmp_path: Path) -> None:
     other = run_suite(
-        small_suite(7), tmp_path / "o", workers=1, seed=1, shard=Shard(1, SHARDS), examine_case=fakes.good
+        small_suite(7), tmp_path / "o", engine=AtHand(), seed=1, shard=Shard(1, SHARDS), examine_case=fakes.good
     )
     with pytest.raises(InputError, match=r"differs from .* in seed"):
         gather([*parts, other], tmp_path / "r")
@@ -94,7 +95,7 @@ def test_parts_of_another_run_are_refused(fakes: ModuleType, parts: list[Path], 
 
 def test_parts_by_another_mitsuba_are_refused(fakes: ModuleType, parts: list[Path], tmp_path: Path) -> None:
     again = run_suite(
-        small_suite(7), tmp_path / "o", workers=1, shard=Shard(1, SHARDS), examine_case=fakes.good
+        small_suite(7), tmp_path / "o", engine=AtHand(), shard=Shard(1, SHARDS), examine_case=fakes.good
     )
     manifest = json.loads((again / "run.json").read_text())
     manifest["sessions"][0]["versions"]["mitsuba"] = "0.0.1"
@@ -107,7 +108,7 @@ def test_parts_that_contradict_each_other_are_refused(
     fakes: ModuleType, parts: list[Path], tmp_path: Path
 ) -> None:
     again = run_suite(
-        small_suite(7), tmp_path / "o", workers=1, shard=Shard(1, SHARDS), examine_case=fakes.good
+        small_suite(7), tmp_path / "o", engine=AtHand(), shard=Shard(1, SHARDS), examine_case=fakes.good
     )
     lines = (again / "records.jsonl").read_text().splitlines(keepends=True)
     table = json.loads(lines[0])

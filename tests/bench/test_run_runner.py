@@ -20,6 +20,7 @@ from bench.run.runner import Progress, run_suite
 from bench.suites.cases import expand
 from bench.suites.suite import Suite, suite_from
 from burrscan.errors import InputError
+from tests.bench.at_hand import AtHand
 
 EXAMINE = """
 import os, random, signal, time
@@ -102,7 +103,7 @@ def whole(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def one_failed(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of two cases, of which the second failed."""
     out = tmp_path_factory.mktemp("failed") / "r"
-    return run_suite(small_suite(seeds=[0, 1]), out, workers=1, examine_case=fakes.fails_on_seed_one)
+    return run_suite(small_suite(seeds=[0, 1]), out, engine=AtHand(), examine_case=fakes.fails_on_seed_one)
 
 
 def test_records_do_not_depend_on_the_number_of_workers(
@@ -134,7 +135,7 @@ def test_a_run_torn_apart_is_finished_with_the_same_records(
     assert load_run(out).missing == 3
     assert unfinished(tmp_path, "small") == out
     seen: list[Progress] = []
-    run_suite(small_suite(), out, workers=1, examine_case=fakes.good, progress=seen.append)
+    run_suite(small_suite(), out, engine=AtHand(), examine_case=fakes.good, progress=seen.append)
     again = load_run(out)
     assert without_timings(again.records) == without_timings(load_run(whole).records)
     assert [(p.done, p.before, p.total) for p in seen] == [(2, 2, 4), (3, 2, 4), (4, 2, 4)]
@@ -147,7 +148,7 @@ def test_one_case_alone_gives_the_record_it_gives_among_others(
     fakes: ModuleType, whole: Path, tmp_path: Path
 ) -> None:
     run = load_run(
-        run_suite(small_suite(), tmp_path / "r", only="*=2,seed=1", workers=1, examine_case=fakes.good)
+        run_suite(small_suite(), tmp_path / "r", only="*=2,seed=1", engine=AtHand(), examine_case=fakes.good)
     )
     assert run.missing == 0
     assert without_timings(run.records) == without_timings(load_run(whole).records[-2:])
@@ -157,7 +158,7 @@ def test_one_case_alone_gives_the_record_it_gives_among_others(
 
 def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_path: Path) -> None:
     suite = small_suite(sweep={"burr.height_mm": [1.0]})
-    run = load_run(run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.fails_on_seed_one))
+    run = load_run(run_suite(suite, tmp_path / "r", engine=AtHand(), examine_case=fakes.fails_on_seed_one))
     failed = [record for record in run.records if record.failure]
     assert len(run.records) == 4
     assert {r.parameters["seed"] for r in failed} == {1}
@@ -174,7 +175,7 @@ def test_a_case_that_kills_its_workers_has_no_record_and_is_tried_again(
         run_suite(suite, out, workers=1, examine_case=fakes.dies_on_seed_one)
     assert load_run(out).missing == 2
     assert not any(record.failure for record in load_run(out).records)
-    run_suite(suite, out, workers=1, examine_case=fakes.good)
+    run_suite(suite, out, engine=AtHand(), examine_case=fakes.good)
     assert load_run(out).missing == 0
 
 
@@ -187,7 +188,7 @@ def test_a_full_disk_is_no_result_and_the_run_goes_on_when_there_is_space(
     stopped = load_run(out)
     assert stopped.missing > 0
     assert not any(record.failure for record in stopped.records)
-    run_suite(small_suite(), out, workers=1, examine_case=fakes.good)
+    run_suite(small_suite(), out, engine=AtHand(), examine_case=fakes.good)
     assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)
 
 
@@ -251,7 +252,7 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
     parent.kill()
     parent.wait()
     assert 0 < load_run(out).missing < 8
-    run_suite(suite, out, workers=1, examine_case=fakes.good)
+    run_suite(suite, out, engine=AtHand(), examine_case=fakes.good)
     assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)
 
 
@@ -286,7 +287,7 @@ def test_what_old_versions_recorded_of_a_full_disk_is_tried_again(
     assert set(load_run(tmp_path / "r").obstructed) == (failed if again else set())
     if again:
         assert unfinished(tmp_path, None) == tmp_path / "r"
-    run_suite(suite, tmp_path / "r", workers=1, examine_case=fakes.good)
+    run_suite(suite, tmp_path / "r", engine=AtHand(), examine_case=fakes.good)
     left = {record.case for record in load_run(tmp_path / "r").records if record.failure}
     assert left == (set() if again else failed)
     assert len(load_run(tmp_path / "r").records) == len(lines)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from burrscan.errors import InputError
 from scenes.wheel import AxialRidge, BurrSpec, RimBurr, Wheel, WheelSpec, build_wheel, deviation_mm
 from scenes.wheel.course import random_course
-from tests.scenes.wheels import CYLINDER, edge_counts, face_normals, radii_met, volume_mm3
+from tests.scenes.wheels import CYLINDER, edge_counts, face_normals, largest_radius, radii_met, volume_mm3
 
 Family = Literal["triangle", "rounded", "rolled", "flake"]
 FAMILIES = get_args(Family)
@@ -48,8 +48,7 @@ def _solid(wheel: Wheel) -> trimesh.Trimesh:
 
 def _height_by_rays(wheel: Wheel, z_mm: float) -> float:
     """Largest radius less the cylinder's, of radial rays shot across the burr at 20 degrees."""
-    angles = np.radians(20.0 + np.linspace(-1.0, 1.0, 121))
-    return max(float(radii_met(wheel, float(angle), z_mm)[0]) for angle in angles) - 100.0
+    return largest_radius(wheel, np.radians(20.0 + np.linspace(-1.0, 1.0, 121)), z_mm) - 100.0
 
 
 @pytest.mark.parametrize("family", FAMILIES)

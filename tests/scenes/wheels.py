@@ -55,11 +55,25 @@ def sampled_points(wheel: Wheel, faces: Ints, *, per_face: int, seed: int = 0) -
 
 def radii_met(wheel: Wheel, angle_rad: float, z_mm: float) -> Floats:
     """Radii at which a radial ray meets the surface, from outside inwards, by Möller and Trumbore's test."""
+    return _radii_met(_at_height(wheel, z_mm), angle_rad, z_mm)
+
+
+def largest_radius(wheel: Wheel, angles_rad: Floats, z_mm: float) -> float:
+    """Of the places that radial rays at these angles meet first."""
+    corners = _at_height(wheel, z_mm)
+    return max(float(_radii_met(corners, float(angle), z_mm)[0]) for angle in angles_rad)
+
+
+def _at_height(wheel: Wheel, z_mm: float) -> Floats:
+    """Corners (faces, 3, 3) of the faces that a plane across the axis cuts."""
+    z = wheel.vertices_mm[:, 2][wheel.faces]
+    near = (z.min(axis=1) <= z_mm) & (z.max(axis=1) >= z_mm)
+    return np.asarray(wheel.vertices_mm[wheel.faces[near]])
+
+
+def _radii_met(corners: Floats, angle_rad: float, z_mm: float) -> Floats:
     outwards = np.array([np.cos(angle_rad), np.sin(angle_rad), 0.0])
-    corners = wheel.vertices_mm[wheel.faces]
-    near = (corners[..., 2].min(axis=1) <= z_mm) & (corners[..., 2].max(axis=1) >= z_mm)
-    near &= (corners @ outwards).max(axis=1) > 0.0
-    a, b, c = corners[near].transpose(1, 0, 2)
+    a, b, c = corners[(corners @ outwards).max(axis=1) > 0.0].transpose(1, 0, 2)
     start = 200.0 * outwards + np.array([0.0, 0.0, z_mm])
     across = np.cross(-outwards, c - a)
     determinant = np.einsum("ij,ij->i", b - a, across)
