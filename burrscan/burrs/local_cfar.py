@@ -60,7 +60,8 @@ def peak_mm(field: Field, region: Region) -> float:
 
 def on(field: Field, region: Region) -> Bools:
     """(N,) True for the vertices in a region's cells."""
-    inside: Bools = region.cells[field.cell[:, 0], field.cell[:, 1]]
+    flat = field.cell[:, 0].astype(np.intp) * region.cells.shape[1] + field.cell[:, 1]
+    inside: Bools = region.cells.ravel().take(flat)  # a quarter of the time of two indices
     return inside
 
 

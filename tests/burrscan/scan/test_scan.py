@@ -1,7 +1,7 @@
 """The scanning strategies on a small linear instrument with four decades of response."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ class Outcome:
         return float((~(np.abs(self.error_px[accepted]) <= 1.0)).mean())
 
 
-@lru_cache(maxsize=8)
+@cache
 def outcome(name: str, indirect: float = 0.0) -> Outcome:
     instrument = Instrument(small_rig(width=200), indirect=indirect)
     scan = resolve(name, METHODS, stage="scan")(instrument)
