@@ -84,12 +84,10 @@ def refined(image: Image, corners: Floats, *, rows: int, lens: View | None = Non
     windows = _windows(image.astype(float), corners, np.minimum(_REACH * step, _REACH_PX), lens)
     p = _start(windows, grid)
     damping = np.full(len(p), 1e-3)
-    cost = _cost(p, windows)
+    off, slopes = _residuals(p, windows)
+    cost = (off**2).sum(axis=1)
     for step_number in range(_STEPS):
-        model, slopes = _model(p, windows.offset)
-        off = (windows.grey - model) * windows.weight
-        slopes = slopes * windows.weight[..., None]
-        normal = np.einsum("nki,nkj->nij", slopes, slopes)
+        normal = slopes.swapaxes(1, 2) @ slopes
         diagonal = np.einsum("nii->ni", normal)
         damped = normal + (damping[:, None] * diagonal + 1e-12)[..., None] * np.eye(p.shape[1])
         move = np.linalg.solve(damped, np.einsum("nki,nk->ni", slopes, off)[..., None])[..., 0]
@@ -98,9 +96,11 @@ def refined(image: Image, corners: Floats, *, rows: int, lens: View | None = Non
         ]
         tried = p + move
         tried[:, 8] = np.clip(tried[:, 8], *np.log(_BLUR_PX))
-        costs = _cost(tried, windows)
+        there, slopes_there = _residuals(tried, windows)
+        costs = (there**2).sum(axis=1)
         better = costs < cost
         p[better], cost[better] = tried[better], costs[better]
+        off[better], slopes[better] = there[better], slopes_there[better]
         damping = np.where(better, damping / 5.0, damping * 5.0)
         moving = better & (np.abs(move[:, :2]).max(axis=1) > _SETTLED_PX)
         if step_number >= _FEWEST_STEPS and not moving.any():
@@ -151,9 +151,10 @@ def _start(windows: _Windows, grid: Floats) -> Floats:
     return p
 
 
-def _cost(p: Floats, windows: _Windows) -> Floats:
-    cost: Floats = (((windows.grey - _model(p, windows.offset)[0]) * windows.weight) ** 2).sum(axis=1)
-    return cost
+def _residuals(p: Floats, windows: _Windows) -> tuple[Floats, Floats]:
+    """What the model leaves of the windows (n, k), and its derivatives (n, k, 9), both weighted."""
+    model, slopes = _model(p, windows.offset)
+    return (windows.grey - model) * windows.weight, slopes * windows.weight[..., None]
 
 
 def _model(p: Floats, offset: Floats) -> tuple[Floats, Floats]:

@@ -17,7 +17,7 @@ from burrscan.arrays import Floats32
 from burrscan.errors import InputError
 
 
-@lru_cache(maxsize=8)  # scipy takes longer to set up hundreds of nets than to draw their points
+@lru_cache(maxsize=64)  # scipy takes longer to set up hundreds of nets than to draw their points
 def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
     """Sets of mirrored net points on the unit pixel, (sets, samples, 2), read-only. O(sets × samples).
 

@@ -44,22 +44,30 @@ def test_a_fault_changes_its_own_expression_alone() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("mark", ["", "@pytest.mark.slow\n"])
-def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path, mark: str) -> None:
-    (tmp_path / "core").mkdir()
-    (tmp_path / "core/__init__.py").write_text("")
-    (tmp_path / "core/sums.py").write_text(
-        "def seen(a, b):\n    return a + b\n\n\ndef unseen(a, b):\n    return a - b\n"
-    )
-    (tmp_path / "tests").mkdir()
-    (tmp_path / "tests/test_sums.py").write_text(
-        "import pytest\n\nfrom core.sums import seen\n\n\n"
-        f"{mark}def test_seen():\n    assert seen(2, 1) == 3\n"
-    )
+def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path) -> None:
+    """Those that only a slow test sees, in a folder where all are slow, too."""
+    for name, mark in (("quick", ""), ("thorough", "@pytest.mark.slow\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("")
+        unseen = "\n\ndef unseen(a, b):\n    return a - b\n" if name == "quick" else ""
+        (tmp_path / name / "sums.py").write_text(f"def seen(a, b):\n    return a + b\n{unseen}")
+        (tmp_path / "tests" / name).mkdir(parents=True)
+        (tmp_path / "tests" / name / f"test_{name}.py").write_text(
+            f"import pytest\n\nfrom {name}.sums import seen\n\n\n"
+            f"{mark}def test_seen():\n    assert seen(2, 1) == 3\n"
+        )
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
-    told = trials(tmp_path, {"core": "tests/test_*.py"}, count=9, seed=0, limit_s=60.0)
-    assert {(trial.mutant.line, trial.outcome) for trial in told} == {(2, "killed"), (6, "survived")}
-    assert "a + b" in (tmp_path / "core/sums.py").read_text()
+    core = {name: f"tests/{name}/test_*.py" for name in ("quick", "thorough")}
+    told = {
+        (trial.path, trial.mutant.line): trial.outcome
+        for trial in trials(tmp_path, core, count=9, seed=0, limit_s=60.0)
+    }
+    assert told == {
+        ("quick/sums.py", 2): "killed",
+        ("quick/sums.py", 6): "survived",
+        ("thorough/sums.py", 2): "killed",
+    }
+    assert "a + b" in (tmp_path / "quick/sums.py").read_text()
 
 
 def test_tests_that_fail_anyway_tell_nothing(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats, Image
 from burrscan.calibration.board import Board
-from burrscan.rig import View
+from burrscan.rig import NO_DISTORTION, View
 
 
 def drawn_board(
@@ -51,10 +51,21 @@ def _drawn(board: Board, view: View, turn: Floats, centre: Floats, fine: int) ->
     height, width = view.shape
     steps = (np.arange(fine) + 0.5) / fine - 0.5
     rows, columns = ((np.arange(n)[:, None] + steps).ravel() for n in view.shape)
-    rays = view.rays(np.stack(np.broadcast_arrays(columns, rows[:, None]), axis=-1))
-    depth = (turn[:, 2] @ centre) / (rays @ turn[:, 2])
-    on_board = (rays * depth[..., None] - centre) @ turn + middle
-    squares = np.floor(on_board[..., :2] / board.square_mm).astype(int) + 1
-    inside = ((squares >= 0) & (squares <= (board.columns, board.rows))).all(axis=-1)
-    dark = inside & (squares.sum(axis=-1) % 2 == 0)
+    if view.distortion == NO_DISTORTION:  # a row and a column: an eighth of the time
+        x, y = (columns - view.cx) / view.fx, ((rows - view.cy) / view.fy)[:, None]
+    else:
+        rays = view.rays(np.stack(np.broadcast_arrays(columns, rows[:, None]), axis=-1))
+        x, y = rays[..., 0], rays[..., 1]
+
+    def along(axis: int) -> Floats:
+        return np.asarray(turn[0, axis] * x + turn[1, axis] * y + turn[2, axis])
+
+    depth = (turn[:, 2] @ centre) / along(2)
+    inside, parity = np.ones(depth.shape, np.bool_), np.zeros(depth.shape, np.int16)
+    for axis, count in enumerate((board.columns, board.rows)):
+        on_board = along(axis) * depth + (middle[axis] - turn[:, axis] @ centre)
+        square = np.floor(on_board / board.square_mm).astype(np.int16) + 1
+        inside &= (square >= 0) & (square <= count)
+        parity += square
+    dark = inside & (parity % 2 == 0)
     return np.asarray(np.where(dark, 60.0, 900.0).reshape(height, fine, width, fine).mean(axis=(1, 3)))

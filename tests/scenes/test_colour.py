@@ -56,9 +56,14 @@ def electrons(images: Image) -> Floats:
     return (images.astype(float) - 8.0) / (1015.0 / 10_000.0)
 
 
+@pytest.fixture(scope="module")
+def mono() -> Simulation:
+    return small(finish="matte")
+
+
 @pytest.mark.usefixtures("mi")
-def test_a_grey_part_without_crosstalk_is_the_grey_scene() -> None:
-    colour, mono = small(finish="matte", channels="rgb"), small(finish="matte")
+def test_a_grey_part_without_crosstalk_is_the_grey_scene(mono: Simulation) -> None:
+    colour = small(finish="matte", channels="rgb")
     white = np.ones((1, *mono.truth.rig.projector.shape), np.float32)
     for band in colour.bands:
         assert np.array_equal(band.relight(white), mono.light.relight(white))
@@ -208,11 +213,11 @@ def test_the_mixing_measured_on_copper_is_the_planted_one(copper: Simulation) ->
     assert mixing.matrix / mixing.matrix[0, 0] == pytest.approx(want / want[0, 0], abs=0.015)
 
 
-def test_grey_scans_and_scanners_in_colour_do_not_mix(copper: Simulation) -> None:
+def test_grey_scans_and_scanners_in_colour_do_not_mix(copper: Simulation, mono: Simulation) -> None:
     with pytest.raises(InputError, match="strategy 'colour'"):
         scan_adaptive(copper.scanner())
     with pytest.raises(InputError, match="strategy 'colour'"):
-        scan_colour(small(finish="matte").scanner())
+        scan_colour(mono.scanner())
 
 
 def test_the_catalogue_has_a_scene_in_colour() -> None:
