@@ -159,7 +159,7 @@ def _points(corners: Floats, area: Floats, count: int) -> tuple[Floats, Floats, 
     beyond = s + t > 1.0
     s[beyond], t[beyond] = 1.0 - s[beyond], 1.0 - t[beyond]
     weight = np.stack([1.0 - s - t, s, t], axis=1)
-    points = (weight[..., None] * corners[face]).sum(axis=1)
+    points = sum((weight[:, k : k + 1] * corners[face, k] for k in (1, 2)), weight[:, :1] * corners[face, 0])
     radius = _radius(points)
     angle = np.arctan2(corners[..., 1], corners[..., 0])
     span = np.abs(np.angle(np.exp(1j * (angle - angle[:, :1])))).max(axis=1)

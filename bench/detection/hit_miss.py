@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import expit, logit
-from scipy.stats import chi2
+from scipy.special import expit, gammaincinv, logit
 
 from bench.detection.curve import PodCurve, Scale, crossing, from_scale, grid, to_scale
 from burrscan.arrays import Bools, Floats
@@ -186,7 +185,9 @@ def _region(
 ) -> list[_Slice]:
     """The likelihood region around a fit (line, floor, ceiling), cut at several asymptotes."""
     line, low, high = fit
-    least = float(data.log_likelihood(line, low, high)) - 0.5 * float(chi2.ppf(level, 1))
+    least = float(data.log_likelihood(line, low, high)) - float(
+        gammaincinv(0.5, level)
+    )  # half of chi-squared
     shares = (low, 1.0 - high)
     floors = _plausible(data, least, shares, 0) if floor else [0.0]
     lost = _plausible(data, least, shares, 1) if ceiling else [0.0]

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import expit, logit
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import expit, logit, ndtr, ndtri, stdtrit
 
 from bench.detection.curve import PodCurve, Scale, from_scale, grid, to_scale
 from burrscan.arrays import Bools, Floats
@@ -32,8 +30,9 @@ class _Data:
         line, spread = p[0] + p[1] * self.x, float(np.exp(p[2]))
         lost = float(expit(p[3])) if self.hidden else 0.0
         seen = np.isfinite(self.y)
-        missed = lost + (1.0 - lost) * norm.cdf((self.least - line[~seen]) / spread)
-        found = norm.logpdf(self.y[seen], line[seen], spread) + np.log1p(-lost)
+        missed = lost + (1.0 - lost) * ndtr((self.least - line[~seen]) / spread)
+        z = (self.y[seen] - line[seen]) / spread
+        found = -0.5 * z**2 - np.log(spread * np.sqrt(2.0 * np.pi)) + np.log1p(-lost)
         return -float(found.sum() + np.log(np.maximum(missed, 1e-300)).sum())
 
 
@@ -84,7 +83,7 @@ def fit_signal(
     spread = np.zeros((len(theta), len(theta)))
     spread[:-1, :-1] = covariance
     spread[-1, -1] = floor * (1.0 - floor) / sites
-    wide, one_sided = (float(student.ppf(q, np.isfinite(data.y).sum() - 2)) for q in (0.975, 0.95))
+    wide, one_sided = (float(stdtrit(np.isfinite(data.y).sum() - 2, q)) for q in (0.975, 0.95))
     x = grid(data.x, scale)
     odds = _odds(theta, x, data)
     error = _standard_error(lambda p: _odds(p, x, data), theta, spread)
@@ -164,7 +163,7 @@ def _ceiling(theta: Floats, data: _Data) -> float:
 
 def _odds(theta: Floats, x: Floats, data: _Data) -> Floats:
     """Log odds (K,) of POD at places; the last parameter is the floor."""
-    share = norm.cdf((theta[0] + theta[1] * x - data.least) / np.exp(theta[2]))
+    share = ndtr((theta[0] + theta[1] * x - data.least) / np.exp(theta[2]))
     floor = float(np.clip(theta[-1], 0.0, 1.0))
     pod = floor + (1.0 - floor) * _ceiling(theta, data) * share
     return np.asarray(logit(np.clip(pod, 1e-12, 1.0 - 1e-12)), float)
@@ -191,7 +190,7 @@ def _place(level: float, theta: Floats, covariance: Floats, data: _Data) -> tupl
     def place(p: Floats) -> Floats:
         floor = float(np.clip(p[-1], 0.0, 1.0))
         share = (level - floor) / ((1.0 - floor) * _ceiling(p, data))
-        inner = norm.ppf(share) if 0.0 < share < 1.0 else np.nan
+        inner = ndtri(share) if 0.0 < share < 1.0 else np.nan
         return np.array([(data.least + np.exp(p[2]) * inner - p[0]) / p[1]])
 
     middle = float(place(theta)[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 
 def share_bounds(hits: int, trials: int, *, level: float = 0.95, sides: int = 2) -> tuple[float, float]:
@@ -12,6 +12,6 @@ def share_bounds(hits: int, trials: int, *, level: float = 0.95, sides: int = 2)
     "29 of 29" by which a90/95 is demonstrated at a single size.
     """
     tail = (1.0 - level) / sides
-    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(1.0 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
+    low = float(betaincinv(hits, trials - hits + 1, tail)) if hits else 0.0
+    high = float(betaincinv(hits + 1, trials - hits, 1.0 - tail)) if hits < trials else 1.0
     return low, high

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import qmc
 
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT
@@ -113,6 +112,8 @@ class RandomDesign:
 
     def _shares(self) -> Floats:
         """(points, paths) in the unit cube."""
+        from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
+
         random = np.random.default_rng(self.design_seed)
         if self.method == "latin_hypercube":
             return np.asarray(qmc.LatinHypercube(len(self.draw), rng=random).random(self.points))

@@ -63,7 +63,8 @@ def of_another_surface(part_mm: Floats, faces: Ints32, normal: Floats, distance_
 
 def _wound(part_mm: Floats, faces: Ints32, normal: Floats, known: Bools) -> bool:
     """Whether the faces, or some of them evenly chosen, look out."""
-    cosine = _cosines(part_mm, faces[:: max(len(faces) // _ASKED, 1)], normal)
+    few = np.ascontiguousarray(faces[:: max(len(faces) // _ASKED, 1)])  # else the kernel is compiled twice
+    cosine = _cosines(part_mm, few, normal)
     told = known & np.isfinite(cosine)
     return bool(told.any() and np.mean(cosine[told] > 0.0) >= _WOUND)
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from burrscan.arrays import Bools, Floats, Image, Ints
 
@@ -95,7 +95,7 @@ def joined(samples: Sequence[Samples]) -> Samples:
 
 def _samples(mean: Floats, variance: Floats, usable: Bools, freedom: int) -> Samples:
     step = max(1, int(np.count_nonzero(usable)) // _MOST)
-    share = float(chi2.median(freedom)) / freedom
+    share = 2.0 * float(gammaincinv(0.5 * freedom, 0.5)) / freedom  # the median of chi-squared
     return Samples(mean[usable][::step].astype(float), variance[usable][::step].astype(float) / share)
 
 

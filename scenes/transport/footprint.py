@@ -11,7 +11,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import qmc
 
 from burrscan.arrays import Floats32
 from burrscan.errors import InputError
@@ -38,6 +37,8 @@ def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
     """
     if samples < 2 or samples & (samples - 1):
         raise InputError(f"samples per pixel must be a power of two of at least 2, not {samples}")
+    from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
+
     rng = np.random.default_rng(seed)
     halves = np.stack([qmc.Sobol(2, scramble=True, rng=rng).random(samples // 2) for _ in range(sets)])
     points = np.concatenate([halves, 1.0 - halves], axis=1).astype(np.float32)

@@ -14,7 +14,6 @@ from typing import Any
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 DIMENSIONS = 8
 """The place in the pixel (2), and of each of two turns which way it is chosen and the direction (3)."""
@@ -32,6 +31,8 @@ def reversed_nets(points: int) -> NDArray[np.uint32]:
     rays that are traced together stay together. Reversed, because the scrambling works from the least
     significant bit upwards.
     """
+    from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
+
     engine = qmc.Sobol(DIMENSIONS, scramble=False, bits=32)
     first = np.rint(engine.random(points) * 2.0**32).astype(np.uint64).astype(np.uint32)
     sizes = 1 << np.arange(points.bit_length())

@@ -36,7 +36,9 @@ def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
 def parts(fakes: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("parts")
     return [
-        run_suite(small_suite(7), folder / str(n), engine=AtHand(), shard=Shard(n, SHARDS), examine_case=fakes.good)
+        run_suite(
+            small_suite(7), folder / str(n), engine=AtHand(), shard=Shard(n, SHARDS), examine_case=fakes.good
+        )
         for n in range(1, SHARDS + 1)
     ]
 
@@ -85,7 +87,12 @@ def test_what_no_part_has_is_missing_and_is_made_by_resuming(
 
 def test_parts_of_another_run_are_refused(fakes: ModuleType, parts: list[Path], tmp_path: Path) -> None:
     other = run_suite(
-        small_suite(7), tmp_path / "o", engine=AtHand(), seed=1, shard=Shard(1, SHARDS), examine_case=fakes.good
+        small_suite(7),
+        tmp_path / "o",
+        engine=AtHand(),
+        seed=1,
+        shard=Shard(1, SHARDS),
+        examine_case=fakes.good,
     )
     with pytest.raises(InputError, match=r"differs from .* in seed"):
         gather([*parts, other], tmp_path / "r")

@@ -29,6 +29,8 @@ from scenes.wheel import build_wheel, load_wheel
 
 CAMERA_MIX = [[1.0, 0.12, 0.03], [0.1, 1.0, 0.08], [0.02, 0.15, 1.0]]
 PROJECTOR_MIX = [[1.0, 0.08, 0.01], [0.06, 1.0, 0.07], [0.01, 0.05, 1.0]]
+FEW = {"most": 64}
+"""Paths, where the light itself is not in question."""
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +60,12 @@ def electrons(images: Image) -> Floats:
 
 @pytest.fixture(scope="module")
 def mono() -> Simulation:
-    return small(finish="matte")
+    return small(finish="matte", render=FEW)
 
 
 @pytest.mark.usefixtures("mi")
 def test_a_grey_part_without_crosstalk_is_the_grey_scene(mono: Simulation) -> None:
-    colour = small(finish="matte", channels="rgb")
+    colour = small(finish="matte", channels="rgb", render=FEW)
     white = np.ones((1, *mono.truth.rig.projector.shape), np.float32)
     for band in colour.bands:
         assert np.array_equal(band.relight(white), mono.light.relight(white))
@@ -88,6 +90,7 @@ def test_channels_are_the_stated_mixture() -> None:
         camera={"crosstalk": CAMERA_MIX},
         projector={"crosstalk": PROJECTOR_MIX, "contrast": 1e9},
         light={"ambient": 0.0},
+        render=FEW,
     )
     images = electrons(simulation.scanner().capture(even(simulation, np.diag([255] * 3).tolist()), 20.0))
     white = np.ones((1, *simulation.truth.rig.projector.shape), np.float32)

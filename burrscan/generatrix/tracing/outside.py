@@ -79,8 +79,8 @@ def _vote(
 
 def looks_of(vertices: Floats, faces: Ints32, transform: Floats, *, most: int = 20_000) -> Looks:
     """Where faces are in the (z, r) plane and how they look, evenly thinned to ``most``. O(most)."""
-    stride = max(1, len(faces) // most)
-    z, r, nz, nr = _face_normals(vertices, faces[::stride], transform)
+    few = np.ascontiguousarray(faces[:: max(1, len(faces) // most)])  # else the kernel is compiled twice
+    z, r, nz, nr = _face_normals(np.ascontiguousarray(vertices), few, np.ascontiguousarray(transform))
     return z, r, nz, nr
 
 

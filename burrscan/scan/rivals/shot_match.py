@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from burrscan.arrays import Bools, Floats, Floats32
+from burrscan.arrays import Bools, Floats, Floats32, Ints16
 
 _GRID_PX = 12
 """Between the places that are searched over the whole raster; waves reach the rest. The cost falls with its
@@ -81,8 +81,9 @@ def read_shot(
     """
     slopes = magnification * np.geomspace(1.0 / _STEEPEST, _STEEPEST, _SLOPES)
     state = _seeds(seen, weight, light, slopes, 1.5 * stripe_px)
+    tried = np.zeros(seen.shape, np.int16)
     for _ in range(_WAVES):
-        state, grown = _wave(state, seen, weight, light)
+        state, grown = _wave(state, seen, weight, light, tried)
         if not grown:
             break
     return Shot(*state)
@@ -165,8 +166,13 @@ def _correlation(
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _wave(state: Floats32, seen: Floats32, weight: Floats32, light: Floats) -> tuple[Floats32, int]:
-    """Every unknown pixel beside a known one takes over from the best such neighbour, and is refined."""
+def _wave(
+    state: Floats32, seen: Floats32, weight: Floats32, light: Floats, tried: Ints16
+) -> tuple[Floats32, int]:
+    """Every unknown pixel beside a known one takes over from the best such neighbour, and is refined.
+
+    ``tried`` (h, w): from which of its neighbours a pixel took over in vain; it does not try that again.
+    """
     height, width = seen.shape
     after = state.copy()
     grown = np.zeros(height, np.int64)
@@ -175,8 +181,10 @@ def _wave(state: Floats32, seen: Floats32, weight: Floats32, light: Floats) -> t
         for c in range(width):
             if weight[r, c] <= 0.0 or not np.isnan(state[0, r, c]):
                 continue
-            if not _take_over(state, np.int64(r), c, start):
+            best = _take_over(state, np.int64(r), c, start)
+            if best == tried[r, c]:  # or none
                 continue
+            tried[r, c] = best
             fitted = _refine(seen, weight, light, np.int64(r), c, start, found)
             if fitted and found[5] >= _LEAST_FIT and abs(found[0] - start[0]) < 1.0:
                 after[:, r, c] = found
@@ -185,16 +193,17 @@ def _wave(state: Floats32, seen: Floats32, weight: Floats32, light: Floats) -> t
 
 
 @njit(cache=True, nogil=True)
-def _take_over(state: Floats32, r: int, c: int, start: Floats) -> bool:
-    best = 0.0
-    for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0)):
+def _take_over(state: Floats32, r: int, c: int, start: Floats) -> int:
+    """Which of a pixel's four neighbours fits best, from 1; 0 where none is known."""
+    best, which = 0.0, 0
+    for number, (dy, dx) in enumerate(((0, -1), (0, 1), (-1, 0), (1, 0))):
         y, x = r + dy, c + dx
         if 0 <= y < state.shape[1] and 0 <= x < state.shape[2] and state[5, y, x] > best:
-            best = state[5, y, x]
+            best, which = state[5, y, x], number + 1
             bend = state[4, y, x]
             start[1], start[2], start[3] = state[2, y, x] - bend * dx, state[3, y, x], bend
             start[0] = state[0, y, x] - start[1] * dx - start[2] * dy - 0.5 * bend * dx * dx
-    return best > 0.0
+    return which
 
 
 @njit(cache=True, nogil=True)

@@ -7,7 +7,7 @@ space: where there is such light, columns scatter about their neighbours by more
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtri
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.shifted import shifted
@@ -22,7 +22,7 @@ _MOST_PX = 4.0
 _REACH_PX = 2
 """Of the second differences: far enough that light which bounces differs, near enough that a surface is
 straight."""
-_HALF_NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
+_HALF_NORMAL_MEDIAN = float(ndtri(0.75))
 """Median size of a normal variable, in its standard deviations."""
 
 

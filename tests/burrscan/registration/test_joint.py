@@ -21,8 +21,8 @@ from tests.burrscan.registration.turned import ARC_DEG, HALF_MM, Shot, bosses, r
 from tests.burrscan.registration.views import motion, true_pose
 
 SHAPE = (120, 60)
-COUNTS = (1, 2, 4, 6, 8)
-DRAWS = {1: 40, 2: 30, 4: 12, 6: 10, 8: 10}
+COUNTS = (1, 2, 4, 8)
+DRAWS = {1: 40, 2: 30, 4: 12, 8: 10}
 """Each view of a draw has noise of its own: 40 to 80 axes for each number of views."""
 SIGMA_MM = 0.02
 KNOT_MM = 3.0
@@ -145,7 +145,7 @@ def test_more_views_make_the_axis_better_than_the_best_single_one(
     together = np.sqrt((camera_errors(shots)[:, :, :2] ** 2).sum(axis=2).mean(axis=0))
     assert np.sqrt(np.mean(together**2)) < 0.85 * np.sqrt(np.mean(single**2))
     assert together.max() < 1.1 * single.min()  # twelve draws know an rms to 14 %
-    assert rms[4] < 0.75 * rms[0]
+    assert rms[-1] < 0.75 * rms[0]
     assert rms == sorted(rms, reverse=True)
 
 
