@@ -249,10 +249,9 @@ class _Problem:
         4, 4) are the motions between reported and real flange.
         """
         T_camera_board, points = self._seen(X, Z, off)
+        back: Floats = np.asarray(np.linalg.inv(X), dtype=float)
         by = self._by_twist(points)
-        slopes = np.concatenate(
-            [-by, by @ _adjoint(T_camera_board)[:, None], -by @ _adjoint(np.linalg.inv(X))], axis=-1
-        )
+        slopes = np.concatenate([-by, by @ _adjoint(T_camera_board)[:, None], -by @ _adjoint(back)], axis=-1)
         return self._off(points), slopes.reshape(len(off), -1, 18)
 
     def _seen(self, X: Floats, Z: Floats, off: Floats) -> tuple[Floats, Floats]:
