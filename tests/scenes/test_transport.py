@@ -240,7 +240,7 @@ def test_other_numbers_of_paths_and_bounces_agree(
     optics = uneven(RigSpec(scale=0.125))
     mesh = wheel_mesh(mi, wheel, pose(RigSpec(scale=0.125)), bsdf("ground"))
     scene = mi.load_dict({"type": "scene", "wheel": mesh})
-    many = trace(mi, scene, optics, seed=4, error=np.inf, samples=512, bounces=bounces)
+    many = trace(mi, scene, optics, seed=4, error=np.inf, samples=1024, bounces=bounces)
     for given in settings:
         ours = trace(mi, scene, optics, seed=3, bounces=bounces, **given)
         sigma = np.sqrt((ours.indirect_sigma**2).sum() + (many.indirect_sigma**2).sum())
