@@ -1,0 +1,204 @@
+"""The steps of the default pipeline, and what stands in a step's place while it is left out."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints
+from burrscan.axis.points.cloud import canonical_cloud
+from burrscan.burrs.describe import Site
+from burrscan.burrs.field import Field
+from burrscan.burrs.noise.correlated_noise import Noise, noise_around
+from burrscan.burrs.shape.patch import Patch
+from burrscan.burrs.shape.ridge import Ridge
+from burrscan.generatrix.polyline import Polyline
+
+StageName = Literal["scan", "axis", "generatrix", "burrs"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    Parameters
+    ----------
+    name
+        As the table calls it.
+    stage
+        The first stage that is run anew without it.
+    places
+        ``"module:name"`` of what does the step, where it is called from, and what stands there without it.
+
+    """
+
+    name: str
+    stage: StageName
+    places: Mapping[str, Any]
+
+    @contextmanager
+    def left_out(self) -> Iterator[None]:
+        """Leave the step out of everything that runs meanwhile. Not for threads: modules are changed.
+
+        Raises
+        ------
+        AttributeError
+            When the pipeline has no such place any more.
+
+        """
+        kept = []
+        try:
+            for place, instead in self.places.items():
+                path, name = place.split(":")
+                module = importlib.import_module(path)
+                kept.append((module, name, getattr(module, name)))
+                setattr(module, name, instead)
+            yield
+        finally:
+            for module, name, usual in reversed(kept):
+                setattr(module, name, usual)
+
+
+def _own_alone(*args: Any, **kwargs: Any) -> Noise:
+    """Noise of the vertices' own."""
+    return Noise(noise_around(*args, **kwargs).own_mm, 0.0)
+
+
+def _no_correction(u_px: Any, *_: Any, **__: Any) -> Any:
+    """Nothing to take off any column (h, w), and nothing to widen its sigma by."""
+    return np.zeros_like(u_px)
+
+
+def _whole_pieces(line: Polyline, *_: Any) -> list[Floats]:
+    """The pieces of a line as they are."""
+    ends = np.flatnonzero(np.diff(line.starts) > 1) + 1
+    return [line.nodes_mm[part[0] : part[-1] + 2] for part in np.split(line.starts, ends)]
+
+
+def _every_vertex(_: Field, site: Site) -> Ints:
+    return site.chosen[site.on]
+
+
+def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
+    return ridge.height_mm, ridge.sigma_of([1, 0, 0, 0, 0])
+
+
+_RESIDUAL, _FUSION, _ROUNDS = (
+    "burrscan.burrs.residual",
+    "burrscan.scan.validity.fusion",
+    "burrscan.scan.rounds",
+)
+
+STEPS: tuple[Step, ...] = (
+    Step(
+        "intensity per projector pixel",
+        "scan",
+        {"burrscan.scan.adaptive:intensities": lambda *_, shape, **__: np.ones(shape)},
+    ),
+    Step(
+        "columns filled in for the intensities",
+        "scan",
+        {"burrscan.scan.adaptive:fill_columns": lambda u_px, *_, **__: u_px},
+    ),
+    Step("intensities smoothed", "scan", {"burrscan.scan.intensity:_SMOOTH_PX": 0.0}),
+    Step(
+        "regions grown from sure columns", "scan", {f"{_FUSION}:grow_regions": lambda *readings: readings[-1]}
+    ),
+    Step("sure only where direct light dominates", "scan", {f"{_FUSION}:_DIRECT_DOMINATES": np.inf}),
+    Step("rounds that contradict each other dropped", "scan", {f"{_FUSION}:_APART_Z": np.inf}),
+    Step(
+        "columns that contradict their neighbours dropped",
+        "scan",
+        {f"{_FUSION}:consistent": lambda u, *_: np.isfinite(u)},
+    ),
+    Step(
+        "mixed pixels dropped",
+        "scan",
+        {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
+    ),
+    Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
+    Step("sigma of interreflected light", "scan", {f"{_ROUNDS}:interreflection_sigma_px": _no_correction}),
+    Step(
+        "stated noise as weights",
+        "axis",
+        {"burrscan.axis.profile:canonical_cloud": lambda vertices, _: canonical_cloud(vertices, None)},
+    ),
+    Step(
+        "what smoothing took given back",
+        "axis",
+        {"burrscan.axis.profile:given_back": lambda smooth, *_, **__: smooth},
+    ),
+    Step(
+        "walls left out of the axis",
+        "axis",
+        {"burrscan.axis.profile:off_walls": lambda points, *_, **__: np.ones(len(points), np.bool_)},
+    ),
+    Step(
+        "several starts of the axis",
+        "axis",
+        {"burrscan.axis.profile:RIVAL": 1.0, "burrscan.axis.profile:RIVAL_COST": 1e-9},
+    ),
+    Step(
+        "errors that reach far in the axis's sigma",
+        "axis",
+        {"burrscan.axis.fitting.covariance:widened": lambda _: np.eye(4)},
+    ),
+    Step(
+        "ends of the generatrix extended",
+        "generatrix",
+        {"burrscan.generatrix.curve:extended": lambda piece, **_: piece},
+    ),
+    Step(
+        "ends of the generatrix trimmed",
+        "generatrix",
+        {"burrscan.generatrix.curve:trimmed": _whole_pieces},
+    ),
+    Step("creases sharpened", "generatrix", {"burrscan.generatrix.curve:sharpened": lambda piece: piece}),
+    Step("fit to all vertices after the cells", "generatrix", {"burrscan.generatrix.curve:_TUKEY_STEPS": 0}),
+    Step(
+        "backs of thin walls left out",
+        "burrs",
+        {"burrscan.burrs.field:of_another_surface": lambda part, *_: np.zeros(len(part), np.bool_)},
+    ),
+    Step("stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found: found}),
+    Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
+    Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_: 1.0}),
+    Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),
+    Step("halo left out of the ridge", "burrs", {f"{_RESIDUAL}:_HALO": 0.0}),
+    Step(
+        "no lower than its crest",
+        "burrs",
+        {f"{_RESIDUAL}:no_lower_than_its_crest": lambda burr, *_: burr},
+    ),
+    Step(
+        "corners left out of the ridge",
+        "burrs",
+        {"burrscan.burrs.describe:_cornered": lambda _, site, __: np.zeros(len(site.chosen), np.bool_)},
+    ),
+    Step("burrs are no triangles", "burrs", {"burrscan.burrs.describe:_NO_TRIANGLE": 0.0}),
+    Step(
+        "height of the higher stretches",
+        "burrs",
+        {"burrscan.burrs.describe:height_of": _one_height},
+    ),
+    Step(
+        "satellites dropped",
+        "burrs",
+        {f"{_RESIDUAL}:without_satellites": lambda _, regions, __: list(range(len(regions)))},
+    ),
+    Step("light as evidence", "burrs", {f"{_RESIDUAL}:disturbed": lambda *_, **__: (None, [])}),
+    Step(
+        "heights doubted where little was measured", "burrs", {f"{_RESIDUAL}:doubted": lambda burr, *_: burr}
+    ),
+    Step(
+        "side told by a model of the light",
+        "burrs",
+        {"burrscan.burrs.light.disturbed:side_of": lambda *_, **__: 0},
+    ),
+)
+"""In the order of the pipeline."""
