@@ -18,6 +18,8 @@ _HEIGHT_SIGMA = 0.17
 it hides about a third of it: height over width is evenly spread from 0.4 to 1.0, 0.7 with sigma 0.17."""
 _MUCH = 0.2
 """Share of a place without depth from which the rest is doubted: in nicks and on rough burrs it is less."""
+_CONTRADICTS = 2.0
+"""Standard deviations of the height told from which one that was measured contradicts it."""
 _REACH_CELLS = 2.0
 """A call belongs to a place that it overlaps, or nearly."""
 
@@ -35,20 +37,35 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
 
 
 def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
-    """A burr called by its depth where much has none: what was measured may be light that bounced.
+    """A burr called by its depth: what was measured may be light that bounced.
 
-    Where its height contradicts the one that the width of the place tells, it takes that one; where it does
-    not, its sigma grows by the part of the place that nobody measured.
+    Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
+    height is above what the width of the place tells, and no burr of that height explains what is seen nearly
+    as well as others do, it takes the height that width and model tell together. Where much of the place has
+    no depth and its height contradicts the one that the width tells, it takes that one; where it does not,
+    its sigma grows by the part of the place that nobody measured.
     """
+    if (bounced := _bounced(burr, place)) is not None:
+        return with_height(burr, bounced, share=bounced.sigma / bounced.value)
     share = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
     if share <= _MUCH:
         return burr
     told = _told(_width(place, surface), surface)
     depth, doubt = burr.height_mm, share * told.sigma
-    if abs(depth.value - told.value) > 2.0 * told.sigma:
+    if abs(depth.value - told.value) > _CONTRADICTS * told.sigma:
         return with_height(burr, told, share=told.sigma / told.value)
     height = Value(depth.value, float(np.hypot(depth.sigma, doubt)))
     return with_height(burr, height, share=doubt / depth.value)
+
+
+def _bounced(burr: Burr, place: Place) -> Value | None:
+    """The height that width and model tell, where they contradict one that was measured higher."""
+    if place.told is None:
+        return None
+    told = place.told.height(side=place.side, aspect=Value(_HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
+    high = burr.height_mm.value
+    above = high > told.value + _CONTRADICTS * told.sigma
+    return told if above and place.told.contradicts(high, side=place.side) else None
 
 
 def _width(place: Place, surface: Unrolled) -> float:

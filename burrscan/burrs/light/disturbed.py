@@ -14,7 +14,7 @@ from scipy import ndimage
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.row_sigma import row_sigma
-from burrscan.burrs.light.side import Looks, side_of
+from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Generatrix
@@ -61,7 +61,7 @@ class Place:
     contrast
         Median size of the excess of the logarithm of the light.
     told
-        +1 where a ridge explains what is seen clearly better than a nick, -1 where a nick does, else 0.
+        What ridges and nicks of many sizes make of what is seen; None where they cannot be laid beside it.
 
     """
 
@@ -70,7 +70,7 @@ class Place:
     below: int
     unmeasured: int
     contrast: float
-    told: int = 0
+    told: Told | None = None
 
     @property
     def depth_tells(self) -> bool:
@@ -80,8 +80,8 @@ class Place:
     @property
     def side(self) -> int:
         """+1 where material is too much, -1 where it is missing: as told, else by what hides more."""
-        if self.told:
-            return self.told
+        if self.told is not None and self.told.side:
+            return self.told.side
         return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
 
 
@@ -101,7 +101,7 @@ def disturbed(
 
     Notes
     -----
-    O(cells · widest_mm / cell), and a tenth of a second for the side of each place.
+    O(cells · widest_mm / cell), and a fifth of a second for what is told of each place.
 
     """
     surface = unrolled(axis, generatrix, sight.rig)
@@ -123,7 +123,7 @@ def disturbed(
     places = [_place(cells, hole, deviation, rest) for cells in found]
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
     return surface, [
-        replace(one, told=side_of(one.cells, looks, surface, widest_mm=widest_mm))
+        replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
         for one in places
         if one.depth_tells or one.contrast >= _LONE_CONTRAST
     ]

@@ -24,6 +24,8 @@ _LIGHT_SIGMA = 1.0
 """Error of the model's logarithm of light: flanks are no planes, and third bounces are left out."""
 _MOST_LIGHT, _MOST_DEPTH = 4.0, 9.0
 """Squares of deviations are cut off here: what the model cannot show at all says nothing of the side."""
+_FAR = 30.0
+"""Misfit beyond the best from which one is as good as another: a likelihood of e^-15."""
 _OFF_MM = 1e-3
 """A ray starts so far off its surface, not to meet it again."""
 
@@ -185,7 +187,7 @@ def misfits(
     projector: Floats,
     depth_sigma: float,
 ) -> Floats:
-    """Misfits of the best ridge and of the best nick, (2,): sums of squares in standard deviations.
+    """Misfits of ridges and nicks, (2, widths, aspects), at their best centres: sums of squares in sigmas.
 
     Parameters
     ----------
@@ -205,15 +207,18 @@ def misfits(
 
     Notes
     -----
-    In the file of what it calls: numba's cache does not notice when a kernel of another file changes.
+    In the file of what it calls: numba's cache does not notice when a kernel of another file changes. What is
+    beyond all hope of its kind is not followed to its end: it is :data:`_FAR` worse than the best, or more.
 
     """
+    found = np.full((2, widths.size, aspects.size), np.inf)
     best = np.full(2, np.inf)
     for centre in centres:
-        for width in widths:
-            for aspect in aspects:
+        for i in range(widths.size):
+            for k in range(aspects.size):
                 for nick in range(2):
-                    burr = shaped(r, centre, width, (1 - 2 * nick) * aspect * width)
+                    burr = shaped(r, centre, widths[i], (1 - 2 * nick) * aspects[k] * widths[i])
+                    limit = min(found[nick, i, k], best[nick] + _FAR)
                     misfit = 0.0
                     for j in range(angles.size):
                         shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
@@ -223,7 +228,8 @@ def misfits(
                         if measured[j] > 0.0 and shone > 0.0:
                             z = (depth - deviation[j]) / np.hypot(depth_sigma, spread)
                             misfit += measured[j] * min(z * z, _MOST_DEPTH)
-                        if misfit >= best[nick]:
+                        if misfit >= limit:
                             break
+                    found[nick, i, k] = min(found[nick, i, k], misfit)
                     best[nick] = min(best[nick], misfit)
-    return best
+    return found

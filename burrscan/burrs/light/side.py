@@ -1,4 +1,4 @@
-"""Does something stand there, or is it missing? A ridge and a nick are laid beside what the scan saw.
+"""Does something stand there, or is it missing, and how high? Ridges and nicks laid beside what the scan saw.
 
 Both are dark on metal, and both show depths above and below the surface, for light bounces: a ridge's flank
 mirrors the wheel beside it, a nick's walls mirror each other. What tells them apart is which flank is bright,
@@ -15,6 +15,7 @@ from scipy import ndimage
 from burrscan.arrays import Bools, Floats, freeze
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.inspection import Value
 
 _BESIDE_MM = 2.0
 """What is compared reaches so far beyond the place: there the light of its flanks is mirrored."""
@@ -24,8 +25,10 @@ _NARROWEST = 1.5
 """Cells: the narrowest burr that is tried, to the widest that is looked for."""
 _WIDTHS = 6
 """Tried, each about a third wider than the last."""
-_ASPECTS = np.geomspace(0.12, 1.2, 8)
-"""Heights over widths that are tried: flanks of 13 to 67 degrees."""
+_ASPECTS = np.geomspace(0.06, 2.4, 12)
+"""Heights over widths that are tried: flanks of 7 to 78 degrees."""
+_NEAR = 1.2
+"""A height is as tried as those within this factor: half a step of the aspects."""
 _ROUGHER_DEG = (0.0, 10.0, 25.0)
 """Widenings of the flanks' lobe: as the wheel, as what was torn or cut coarsely, and nearly matt."""
 _DEPTH_SIGMA = 0.6
@@ -57,10 +60,60 @@ class Looks:
         freeze(self, light=self.light, predicted=self.predicted, deviation_mm=self.deviation_mm)
 
 
-def side_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) -> int:
-    """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly.
+@dataclass(frozen=True)
+class Told:
+    """What ridges and nicks of many widths and heights make of a place.
 
-    Only for places that run along the axis. O(hypotheses · columns of the place · bounces), 0.1 s.
+    Parameters
+    ----------
+    widths_mm, aspects
+        (W,) widths and (A,) heights over widths.
+    misfits
+        (2, W, A) of ridges and of nicks, at the best centre and roughness of each: sums of squares, in
+        standard deviations.
+
+    """
+
+    widths_mm: Floats
+    aspects: Floats
+    misfits: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, widths_mm=self.widths_mm, aspects=self.aspects, misfits=self.misfits)
+
+    @property
+    def side(self) -> int:
+        """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly."""
+        ridge, nick = self.misfits.min(axis=(1, 2))
+        return 0 if abs(nick - ridge) < _DECIDES else int(np.sign(nick - ridge))
+
+    def contradicts(self, height_mm: float, *, side: int) -> bool:
+        """Whether burrs of that side and height explain the place clearly worse than others of that side."""
+        misfits = self.misfits[int(side < 0)]
+        heights = self.widths_mm[:, None] * self.aspects
+        like = np.abs(np.log(heights / height_mm)) <= np.log(_NEAR)
+        return bool(misfits[like].min(initial=np.inf) - misfits.min() >= _DECIDES)
+
+    def height(self, *, side: int, aspect: Value) -> Value:
+        """Mean height over the burrs of a side, each as likely as it explains the place; mm.
+
+        ``aspect`` is what is held of heights over widths beforehand, with a normal error; widths are even in
+        their logarithm. What lies between two aspects that are tried counts as an error, too.
+        """
+        misfits = self.misfits[int(side < 0)]
+        prior = np.exp(-0.5 * ((self.aspects - aspect.value) / aspect.sigma) ** 2) * self.aspects
+        likely = np.exp(-0.5 * (misfits - misfits.min())) * prior
+        heights = self.widths_mm[:, None] * self.aspects
+        mean = float((likely * heights).sum() / likely.sum())
+        spread = float(np.sqrt((likely * (heights - mean) ** 2).sum() / likely.sum()))
+        step = float(np.log(self.aspects[1] / self.aspects[0])) / np.sqrt(12.0)
+        return Value(mean, float(np.hypot(spread, step * mean)))
+
+
+def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) -> Told | None:
+    """Lay ridges and nicks beside a place; None where that cannot be done.
+
+    Only for places that run along the axis. O(hypotheses · columns of the place · bounces), 0.2 s.
     """
     rows, columns = np.nonzero(cells)
     used = np.unique(rows)
@@ -69,21 +122,21 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     turn = float(surface.angle[1] - surface.angle[0])
     across = (int(columns.max()) - int(columns.min()) + 1) * turn * r
     if across > len(used) * surface.step_mm:
-        return 0
+        return None
     beside = int(_BESIDE_MM / (turn * r)) + 1
     near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
     parallel = _medians(looks.predicted[used])
     tilt = _tilts(surface, middle)
     lobe = _lobe(tilt, parallel)
     if lobe is None:
-        return 0
+        return None
     measured = np.isfinite(looks.deviation_mm[used, near]).mean(axis=0)
     at = 0.5 * (surface.angle[columns.max()] + surface.angle[columns.min()])
     centres = at + np.linspace(-0.5, 0.5, _CENTRES) * across / r
     widths = np.geomspace(
         _NARROWEST * surface.step_mm, max(widest_mm, 2.0 * _NARROWEST * surface.step_mm), _WIDTHS
     )
-    best = np.full(2, np.inf)
+    best = np.full((2, len(widths), len(_ASPECTS)), np.inf)
     for rougher in _ROUGHER_DEG:
         lobes, bounces = _materials(lobe, rougher)
         tried = misfits(
@@ -103,8 +156,7 @@ def side_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             _DEPTH_SIGMA * surface.step_mm,
         )
         best = np.minimum(best, tried)
-    nick_worse = float(best[1] - best[0])
-    return 0 if abs(nick_worse) < _DECIDES else int(np.sign(nick_worse))
+    return Told(widths, _ASPECTS, best)
 
 
 def _medians(values: Floats) -> Floats:

@@ -11,6 +11,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.height import judged
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.side import Told
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Burr, Value
 from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
@@ -132,6 +133,28 @@ def test_a_height_at_a_place_with_holes_is_doubted() -> None:
     kept = doubted(_like(burr, height_mm=Value(value, 0.01)), place, surface)
     assert kept.height_mm.value == value
     assert kept.height_mm.sigma == pytest.approx(np.hypot(0.01, share * told.sigma))
+
+
+def test_a_height_that_is_light_bounced_is_told_anew() -> None:
+    """Only where it is higher than the model's, and contradicted by it: a likelihood ratio of two sigmas."""
+    scene = Scene()
+    bright_line(scene)
+    surface, place, burr = seen(scene)
+    assert place.unmeasured == 0
+    widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
+    heights = widths[:, None] * aspects
+    misfits = np.log(heights / 1.0) ** 2 / 0.2**2  # of nicks: 1 mm deep to 20 %
+    told = replace(place, told=Told(widths, aspects, np.stack([misfits + 50.0, misfits])))
+    assert told.side == -1
+    for high, bounced in ((3.0, True), (1.8, True), (1.3, False), (0.3, False)):
+        depth = Value(high, 0.01)
+        again = doubted(_like(burr, height_mm=depth), told, surface).height_mm
+        if bounced:
+            assert again.value == pytest.approx(1.0, abs=0.1)
+            assert 0.1 < again.sigma < 0.3
+        else:
+            assert again == depth
+        assert doubted(_like(burr, height_mm=depth), replace(place, told=None), surface).height_mm == depth
 
 
 def test_a_height_that_was_measured_is_believed() -> None:
