@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 import numpy as np
 
 from bench.reproduction.lab import DEFAULT, SEED, Lab
 from bench.reproduction.parts import Claim, Numbers, Section, Table
 from bench.reproduction.scenery import paper_scene
 from burrscan.arrays import Floats
-from burrscan.cell.positioner import OutOfReachError
-from burrscan.cell.servo import facing_turn, servo, tool_poses
-from burrscan.cell.station import Station, turned
+from burrscan.cell.servo import facing_turn, move_tool, servo
+from burrscan.cell.station import turned
 from burrscan.cell.toolpath import lift
-from burrscan.errors import InputError
 from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Pipeline
 from scenes.cell.spec import CellSpec
@@ -117,20 +113,11 @@ def _run(lab: Lab, pipeline: Pipeline, draw_: int) -> list[float]:
     where = cell.T_plate_part @ target.T_mesh_burr
     cell.disturb()
     blind = np.asarray(station.table.move(turned(station.T_base_plate, facing_turn(station, where))) @ where)
-    _stand(station, lift(blind, 60.0))
+    move_tool(station, lift(blind, 60.0))
     before = _off(cell, 60.0)
     reached = servo(station, target, where, tolerance_mm=TOLERANCE_MM, pipeline=pipeline)
     after = _off(cell, reached.glances[-1].height_mm)
     return [float(len(reached.glances)), float(reached.converged), before, after]
-
-
-def _stand(station: Station, T_base_tool: Floats) -> None:
-    """Put the mill there, at the first turn about itself that touches nothing."""
-    for _, flange in tool_poses(station, T_base_tool):
-        with suppress(OutOfReachError):
-            station.arm.move(flange)
-            return
-    raise InputError("the mill can stand over the burr in no pose: move the arm or the table")
 
 
 def _off(cell: SimulatedCell, height_mm: float) -> float:

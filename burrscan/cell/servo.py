@@ -160,7 +160,7 @@ def servo(
     for _ in range(most):
         found = sum(glance.T_base_burr is not None for glance in glances)
         height = HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
-        reported, roll = _move(station, lift(expected, height), roll, slant)
+        reported, roll = move_tool(station, lift(expected, height), roll=roll, slant_deg=slant)
         outcome, why = _look(station, pipeline)
         at = np.asarray(np.linalg.inv(reported) @ expected, float)
         gate_mm = _GATE_MM[found > 0]
@@ -234,10 +234,22 @@ def _upright_roll(station: Station, T_base_tool: Floats) -> float:
     return float(np.degrees(np.arctan2(wanted[1], wanted[0]) - np.arctan2(camera[1], camera[0])))
 
 
-def _move(
-    station: Station, T_base_tool: Floats, roll: float | None, slant_deg: float
+def move_tool(
+    station: Station, T_base_tool: Floats, *, roll: float | None = None, slant_deg: float = 0.0
 ) -> tuple[Floats, float]:
-    """Bring the tool there, at the roll it has if it has one: (4, 4) ``T_base_camera`` reported, and roll."""
+    """Bring the tool there, at a roll about itself, or at the first that the arm can reach without touching.
+
+    Returns
+    -------
+    tuple
+        (4, 4) ``T_base_camera`` as reported, and the roll.
+
+    Raises
+    ------
+    OutOfReachError
+        When the arm can stand there in no pose.
+
+    """
     said = ""
     T_tool_flange = np.linalg.inv(station.T_flange_tool)
     tries = (
