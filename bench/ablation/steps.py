@@ -196,12 +196,7 @@ STEPS: tuple[Step, ...] = (
         "heights doubted where little was measured", "burrs", {f"{_RESIDUAL}:doubted": lambda burr, *_: burr}
     ),
     Step(
-        "heights that bounced told anew",
-        "burrs",
-        {"burrscan.burrs.light.call:_bounced": lambda *_: None},
-    ),
-    Step(
-        "side told by a model of the light",
+        "side and height told by a model of the light",
         "burrs",
         {"burrscan.burrs.light.disturbed:told_of": lambda *_, **__: None},
     ),

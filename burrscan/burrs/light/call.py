@@ -40,32 +40,22 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     """A burr called by its depth: what was measured may be light that bounced.
 
     Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
-    height is above what the width of the place tells, and no burr of that height explains what is seen nearly
-    as well as others do, it takes the height that width and model tell together. Where much of the place has
-    no depth and its height contradicts the one that the width tells, it takes that one; where it does not,
-    its sigma grows by the part of the place that nobody measured.
+    height is above what is told of the place without it, and no burr of that height explains what is seen
+    nearly as well as others do, it takes the height told. So it does where much of the place has no depth and
+    its height contradicts the one told; where it does not, its sigma grows by the part of the place that
+    nobody measured.
     """
-    if (bounced := _bounced(burr, place)) is not None:
-        return with_height(burr, bounced, share=bounced.sigma / bounced.value)
+    told, depth = _told(place, surface), burr.height_mm
     share = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
+    off = (depth.value - told.value) / told.sigma
+    bounced = place.told is not None and place.told.contradicts(depth.value, side=place.side)
+    if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
+        return with_height(burr, told, share=told.sigma / told.value)
     if share <= _MUCH:
         return burr
-    told = _told(_width(place, surface), surface)
-    depth, doubt = burr.height_mm, share * told.sigma
-    if abs(depth.value - told.value) > _CONTRADICTS * told.sigma:
-        return with_height(burr, told, share=told.sigma / told.value)
+    doubt = share * told.sigma
     height = Value(depth.value, float(np.hypot(depth.sigma, doubt)))
     return with_height(burr, height, share=doubt / depth.value)
-
-
-def _bounced(burr: Burr, place: Place) -> Value | None:
-    """The height that width and model tell, where they contradict one that was measured higher."""
-    if place.told is None:
-        return None
-    told = place.told.height(side=place.side, aspect=Value(_HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
-    high = burr.height_mm.value
-    above = high > told.value + _CONTRADICTS * told.sigma
-    return told if above and place.told.contradicts(high, side=place.side) else None
 
 
 def _width(place: Place, surface: Unrolled) -> float:
@@ -76,9 +66,14 @@ def _width(place: Place, surface: Unrolled) -> float:
     return float(np.median(each * surface.r_mm[used])) * turn
 
 
-def _told(width: float, surface: Unrolled) -> Value:
-    """The height that a width tells, which is counted in cells: up to half a one is off on either side."""
-    counted = surface.step_mm / np.sqrt(6.0)
+def _told(place: Place, surface: Unrolled) -> Value:
+    """The height that ridges or nicks laid beside a place tell, or its width where none can be.
+
+    A width is counted in cells: up to half a one is off on either side.
+    """
+    if place.told is not None:
+        return place.told.height(side=place.side, aspect=Value(_HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
+    width, counted = _width(place, surface), surface.step_mm / np.sqrt(6.0)
     return Value(
         _HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, _HEIGHT_PER_WIDTH * counted))
     )
@@ -87,7 +82,8 @@ def _told(width: float, surface: Unrolled) -> Value:
 def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     """A burr of which the light tells the place and the extent, and the depth no height.
 
-    Its height follows from the width of what is disturbed, and its sigma says how little that is. O(cells).
+    Its height follows from what burrs of its width would show, and its sigma says how little that is.
+    O(cells).
     """
     rows, columns = np.nonzero(place.cells)
     middle = int(np.median(rows))
@@ -95,7 +91,7 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     width = _width(place, surface)
     angle = float(surface.angle[columns].mean())
     z, length = surface.z_mm[rows], len(np.unique(rows)) * step
-    height = _told(width, surface)
+    height = _told(place, surface)
     place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
     area_sigma = 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])
