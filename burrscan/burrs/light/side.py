@@ -25,8 +25,11 @@ _NARROWEST = 1.5
 """Cells: the narrowest burr that is tried, to the widest that is looked for."""
 _WIDTHS = 6
 """Tried, each about a third wider than the last."""
-_ASPECTS = np.geomspace(0.06, 2.4, 12)
-"""Heights over widths that are tried: flanks of 7 to 78 degrees."""
+_ASPECTS = np.geomspace(0.12, 1.2, 8)
+"""Heights over widths that are tried for a side: flanks of 13 to 67 degrees."""
+_BEYOND = 2
+"""More of them on either end, 7 to 78 degrees, for heights that were measured. They tell nothing of the side: so
+steep a nick explains nearly everything."""
 _NEAR = 1.2
 """A height is as tried as those within this factor: half a step of the aspects."""
 _ROUGHER_DEG = (0.0, 10.0, 25.0)
@@ -67,7 +70,7 @@ class Told:
     Parameters
     ----------
     widths_mm, aspects
-        (W,) widths and (A,) heights over widths.
+        (W,) widths and (A,) heights over widths; the first and last two tell nothing of the side.
     misfits
         (2, W, A) of ridges and of nicks, at the best centre and roughness of each: sums of squares, in
         standard deviations.
@@ -84,7 +87,7 @@ class Told:
     @property
     def side(self) -> int:
         """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly."""
-        ridge, nick = self.misfits.min(axis=(1, 2))
+        ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
         return 0 if abs(nick - ridge) < _DECIDES else int(np.sign(nick - ridge))
 
     def contradicts(self, height_mm: float, *, side: int) -> bool:
@@ -136,7 +139,9 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     widths = np.geomspace(
         _NARROWEST * surface.step_mm, max(widest_mm, 2.0 * _NARROWEST * surface.step_mm), _WIDTHS
     )
-    best = np.full((2, len(widths), len(_ASPECTS)), np.inf)
+    step, more = _ASPECTS[1] / _ASPECTS[0], np.arange(1, _BEYOND + 1)
+    aspects = np.concatenate([_ASPECTS[0] * step ** -more[::-1], _ASPECTS, _ASPECTS[-1] * step**more])
+    best = np.full((2, len(widths), len(aspects)), np.inf)
     for rougher in _ROUGHER_DEG:
         lobes, bounces = _materials(lobe, rougher)
         tried = misfits(
@@ -147,7 +152,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             r,
             centres,
             widths,
-            _ASPECTS,
+            aspects,
             lobes,
             bounces,
             0.5 * float(lobe.min()),
@@ -156,7 +161,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             _DEPTH_SIGMA * surface.step_mm,
         )
         best = np.minimum(best, tried)
-    return Told(widths, _ASPECTS, best)
+    return Told(widths, aspects, best)
 
 
 def _medians(values: Floats) -> Floats:

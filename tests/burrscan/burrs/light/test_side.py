@@ -93,6 +93,17 @@ def test_nothing_is_told_where_nothing_is_seen() -> None:
     assert replace(place, looks=blind).told_side() == 0
 
 
+def test_no_side_is_told_by_what_is_too_steep_or_too_flat() -> None:
+    """Such a nick explained a flake of 1.7 mm on polished metal."""
+    misfits = np.full((2, 3, 12), 20.0)
+    for end in (0, 1, 10, 11):
+        one = misfits.copy()
+        one[1, :, end] = 2.0
+        assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), one).side == 0
+    misfits[1, :, 5] = 2.0
+    assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits).side == -1
+
+
 def test_a_height_is_told_by_what_its_burr_shows() -> None:
     """Burrs made by the model itself, on metal: their heights lie within what is stated, wrong ones do not.
 
