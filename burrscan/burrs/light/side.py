@@ -28,8 +28,8 @@ _WIDTHS = 6
 _ASPECTS = np.geomspace(0.12, 1.2, 8)
 """Heights over widths that are tried for a side: flanks of 13 to 67 degrees."""
 _BEYOND = 2
-"""More of them on either end, 7 to 78 degrees, for heights that were measured. They tell nothing of the side: so
-steep a nick explains nearly everything."""
+"""More of them on either end, 7 to 78 degrees, for heights that were measured. They tell nothing of the side:
+so steep a nick explains nearly everything."""
 _NEAR = 1.2
 """A height is as tried as those within this factor: half a step of the aspects."""
 _ROUGHER_DEG = (0.0, 10.0, 25.0)
