@@ -61,6 +61,7 @@ def parser() -> argparse.ArgumentParser:
 def run_program(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned. Packages in the current directory are found, last."""
     _speak_any_text()
+    set_verbosity(0)  # what an earlier call in this process asked for is over
     with answered() as signals:
         try:
             code = _run(arguments)
