@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser("python -m bench.ablation", description=__doc__, formatter_class=plain)
     parser.add_argument("suite", nargs="?", default="quick")
     parser.add_argument("--case", default="*", metavar="PATTERN", help="only these, as of burrscan run")
-    parser.add_argument("--out", type=Path, default=Path("reports/ablation.jsonl"), metavar="FILE")
+    parser.add_argument("--out", type=Path, default=Path("reports/ablation.json"), metavar="FILE")
     parser.add_argument("--step", nargs="+", default=[""], metavar="PART", help="steps whose names have it")
     given = parser.parse_args(arguments)
     say = Console(stderr=True, highlight=False, soft_wrap=True).print

@@ -77,7 +77,7 @@ def run_program(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    logging.basicConfig(format="%(message)s")
     given = parser().parse_args(arguments)
     set_verbosity(given.verbosity)
     if (here := str(Path.cwd())) not in sys.path:

@@ -244,12 +244,13 @@ def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
+    weights = _paired(told.weights, 0)
     wide = widened(
         Scores(
             sums=_paired(told.sums @ whiten, 0) / np.sqrt(variance),
             shares=_paired(whiten.T @ told.shares @ whiten, 0),
             lifts=_paired(told.lifts @ whiten, 1),
-            weights=_paired(told.weights, 0),
+            weights=weights,
             places=pieces.centre,
             normals=pieces.normal,
         )
@@ -259,7 +260,7 @@ def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces:
     basis = whiten @ (modes / np.sqrt(np.maximum(real, 0.01)))
     covariance = basis @ (modes.T @ wide @ modes) @ basis.T * variance + np.outer(step, step)
     independent = float(told.weights.sum()) / (0.25 * float(np.trace(wide)))
-    freedom = max(float(np.count_nonzero(_paired(told.weights, 0))) - 4.0, 1.0)
+    freedom = max(float(np.count_nonzero(weights)) - 4.0, 1.0)
     return AxisCovariance(covariance, float(np.sqrt(variance)), independent, freedom)
 
 
