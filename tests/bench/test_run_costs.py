@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,16 @@ def test_short_runs_and_broken_files_teach_nothing(tmp_path: Path) -> None:
     assert known_costs(tmp_path) is SHIPPED
     (tmp_path / "costs.json").write_text('{"seconds": 3}')
     assert known_costs(tmp_path) is SHIPPED
+
+
+def test_figures_that_do_not_know_a_source_yet_learn_it(tmp_path: Path) -> None:
+    """Those of a machine whose last run was by an older burrscan."""
+    cases = expand(SUITE)
+    known = {name: each for name, each in SHIPPED.seconds.items() if name != "scene"}
+    (tmp_path / "costs.json").write_text(json.dumps(asdict(replace(SHIPPED, seconds=known))))
+    assert "scene" not in known_costs(tmp_path).seconds
+    update_cost_model(tmp_path, run_of(SUITE, cases, tmp_path / "run"), cases, wall_s=90.0, workers=1)
+    assert known_costs(tmp_path).seconds["scene"] == pytest.approx(2.5 / MEGAPIXELS)
 
 
 def test_more_pixels_cost_more_and_nothing_costs_nothing() -> None:

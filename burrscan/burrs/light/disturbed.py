@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
+from burrscan.burrs.light.flat import wanders_flat
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -79,10 +80,11 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing: as told, else by what hides more."""
-        if self.told is not None and self.told.side:
-            return self.told.side
-        return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
+        """+1 where material is too much, -1 where it is missing: as told, and by what shows and hides more."""
+        every = max(self.above + self.below + self.unmeasured, 1)
+        counted = (self.above + _HIDES * self.unmeasured - self.below) / every
+        told = 0.0 if self.told is None else self.told.ridge_over_nick
+        return 1 if told + counted >= 0.0 else -1
 
 
 def disturbed(
@@ -120,8 +122,10 @@ def disturbed(
     hole = ~measured & _measurable(predicted, measured, surface.open)
     strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
-    places = [_place(cells, hole, deviation, rest) for cells in found]
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
+    places = [
+        _place(cells, hole, deviation, rest) for cells in found if not wanders_flat(cells, looks.deviation_mm)
+    ]
     return surface, [
         replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
         for one in places
