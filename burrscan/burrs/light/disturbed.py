@@ -80,7 +80,7 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing: as told, and by what shows and hides more."""
+        """+1 where material is too much, -1 where it is missing: as told, and by what shows and hides."""
         every = max(self.above + self.below + self.unmeasured, 1)
         counted = (self.above + _HIDES * self.unmeasured - self.below) / every
         told = 0.0 if self.told is None else self.told.ridge_over_nick
