@@ -15,6 +15,7 @@ from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
+from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
@@ -79,9 +80,11 @@ def burrs_residual(
     certain = _certain(field, found, axis, false_calls_per_wheel)
     seen: list[Burr] = []
     if sight is not None:
-        surface, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
+        surface, looks, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
         certain, dark = _told_by_light(certain, places, surface)
-        seen = [called(place, surface, axis) for place in dark]
+        certain = [one for one in certain if not is_an_edge(one.burr, looks, surface, axis, by_depth=True)]
+        told = [called(place, surface, axis) for place in dark]
+        seen = [one for one in told if not is_an_edge(one, looks, surface, axis, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = sorted([*(certain[i].burr for i in kept), *seen], key=lambda burr: -burr.significance)
     return tuple(judged(burr, limit_mm) for burr in burrs)

@@ -80,16 +80,15 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing: as told, and by what shows and hides."""
-        every = max(self.above + self.below + self.unmeasured, 1)
-        counted = (self.above + _HIDES * self.unmeasured - self.below) / every
-        told = 0.0 if self.told is None else self.told.ridge_over_nick
-        return 1 if told + counted >= 0.0 else -1
+        """+1 where material is too much, -1 where it is missing: as told, else by what hides more."""
+        if self.told is not None and self.told.side:
+            return self.told.side
+        return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
 
 
 def disturbed(
     sight: Sight, axis: Axis, generatrix: Generatrix, *, widest_mm: float
-) -> tuple[Unrolled, list[Place]]:
+) -> tuple[Unrolled, Looks, list[Place]]:
     """Every disturbed place of what camera and projector both see, largest first.
 
     Parameters
@@ -126,11 +125,15 @@ def disturbed(
     places = [
         _place(cells, hole, deviation, rest) for cells in found if not wanders_flat(cells, looks.deviation_mm)
     ]
-    return surface, [
-        replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
-        for one in places
-        if one.depth_tells or one.contrast >= _LONE_CONTRAST
-    ]
+    return (
+        surface,
+        looks,
+        [
+            replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
+            for one in places
+            if one.depth_tells or one.contrast >= _LONE_CONTRAST
+        ],
+    )
 
 
 def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:

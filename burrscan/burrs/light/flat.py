@@ -1,4 +1,4 @@
-"""Is a disturbed place flat after all? Edges of brightness bend the depth, to either side in turn.
+"""Is it flat after all? Edges of brightness bend the depth by part of a pixel, to either side in turn.
 
 A pixel across which the brightness changes sees the columns of its brighter part, so its depth is off by up
 to half a pixel's worth (Curless & Levoy 1995, section 2). Across a scratch these errors sum to whatever the
@@ -8,9 +8,17 @@ sign. What stands up or is cut in shows the same depths all along.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.light.row_sigma import row_sigma
+from burrscan.burrs.light.section import triangulated
+from burrscan.burrs.light.side import Looks
+from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.inspection import Axis, Burr
 
 _BESIDE_CELLS = 2
 """The pixels that an edge crosses reach so far beyond the cells whose depth is off."""
@@ -18,6 +26,15 @@ _FEWEST = 2.0
 """Stretches that tell: along a single one a scratch's depths agree as a burr's do."""
 _AGREE = 2.0
 """Standard errors from which the depths of a place agree along it."""
+_THIN_CELLS = 1.5
+"""A burr that is wider shows in more pixels than one edge crosses."""
+_FEWEST_ROWS = 3
+"""Rows from which a mean along them says something."""
+_MEASURED = 0.5
+"""Share of a burr's cells that need a depth: what hides its surroundings is no scratch."""
+_EDGES_BY_DEPTH, _EDGES_BY_LIGHT = 2.0, 1.0
+"""Most that is put down to edges, over what one does. A line has two, which is 1.4 as a root of squares, and
+lenses spread them over two pixels. What the light tells of has evidence besides its depth: there one."""
 
 
 def wanders_flat(cells: Bools, deviation_mm: Floats) -> bool:
@@ -41,8 +58,93 @@ def wanders_flat(cells: Bools, deviation_mm: Floats) -> bool:
     sums, middles = np.empty(len(used)), np.empty(len(used))
     for k, row in enumerate(used):
         at = columns[rows == row]
-        beside = slice(max(int(at.min()) - _BESIDE_CELLS, 0), int(at.max()) + _BESIDE_CELLS + 1)
-        sums[k], middles[k] = np.nansum(deviation_mm[row, beside]), at.mean()
+        near = _cells(float(at.min()) - _BESIDE_CELLS, float(at.max()) + _BESIDE_CELLS)
+        sums[k] = np.nansum(deviation_mm[row, near])
+        middles[k] = at.mean()
     stretches = 1.0 + abs(float(np.polyfit(used, middles, 1)[0])) * float(used[-1] - used[0])
-    agree = abs(float(sums.mean())) * np.sqrt(stretches)
-    return bool(stretches >= _FEWEST and agree < _AGREE * float(sums.std()))
+    return stretches >= _FEWEST and not _agree(sums, stretches)
+
+
+def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_depth: bool) -> bool:
+    """Whether what is called a burr is no more than an edge of brightness shows.
+
+    Its depths are no larger than the light beside it explains, and cancel along it. What the depth tells of
+    (``by_depth``) is an edge only where it is no wider than a pixel, then also where it runs askew over
+    pixels: a burr that small cannot be told from a scratch by one view. O(rows of the burr).
+    """
+    thin = burr.width_mm.value <= _THIN_CELLS * surface.step_mm
+    if by_depth and not thin:
+        return False
+    rows, middles = _line(burr, surface, axis)
+    if len(rows) < _FEWEST_ROWS:
+        return False
+    half = 0.5 * burr.width_mm.value / surface.step_mm
+    on = _across(looks.deviation_mm, rows, middles, half)
+    if np.isfinite(np.concatenate(on)).mean() < _MEASURED:
+        return False
+    depths = _across(looks.deviation_mm, rows, middles, half + _BESIDE_CELLS)
+    calm = row_sigma(looks.deviation_mm[rows], least=0.0)
+    squares = [
+        float(np.nansum(depth**2) - np.isfinite(depth).sum() * sigma**2)
+        for depth, sigma in zip(depths, calm, strict=True)
+    ]
+    excess = _across(looks.light - looks.predicted, rows, middles, half + _BESIDE_CELLS)
+    contrast = float(np.median([_largest_step(row) for row in excess]))
+    most = _pixel_mm(rows, middles, surface) * 0.5 * (1.0 - np.exp(-contrast))
+    edges = _EDGES_BY_DEPTH if by_depth else _EDGES_BY_LIGHT
+    if np.mean(squares) > (edges * most) ** 2:
+        return False
+    stretches = 1.0 + float(np.ptp(middles))
+    askew = thin and stretches >= _FEWEST
+    return askew or not _agree(np.array([np.nansum(depth) for depth in depths]), stretches)
+
+
+def _across(image: Floats, rows: Sequence[int], middles: Floats, reach: float) -> list[Floats]:
+    """Of each row the cells within ``reach`` of its middle."""
+    return [image[row, _cells(at - reach, at + reach)] for row, at in zip(rows, middles, strict=True)]
+
+
+def _cells(first: float, last: float) -> slice:
+    return slice(max(int(np.floor(first)), 0), int(np.ceil(last)) + 1)
+
+
+def _agree(sums: Floats, stretches: float) -> bool:
+    """Whether the depths of a line's rows are alike along it, counted in independent stretches."""
+    return bool(abs(float(sums.mean())) * np.sqrt(stretches) >= _AGREE * float(sums.std()))
+
+
+def _line(burr: Burr, surface: Unrolled, axis: Axis) -> tuple[Sequence[int], Floats]:
+    """Rows of the unrolled surface that a burr crosses, and the column of its middle in each."""
+    T_part_burr = T_part_mesh(axis.point_mm, axis.direction) @ burr.T_mesh_burr
+    (x, y, z), along = T_part_burr[:3, 3], T_part_burr[:3, 0]
+    r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
+    around = -along[0] * np.sin(angle) + along[1] * np.cos(angle)
+    if abs(around) > abs(along[2]):
+        return [], np.zeros(0)
+    inside = (surface.z_mm >= burr.z_start_mm.value) & (surface.z_mm <= burr.z_end_mm.value)
+    rows = np.flatnonzero(inside)
+    turned = angle + around / along[2] * (surface.z_mm[rows] - z) / r
+    wrapped = np.angle(np.exp(1j * (turned - surface.angle[len(surface.angle) // 2])))
+    middles = len(surface.angle) // 2 + wrapped / (surface.angle[1] - surface.angle[0])
+    on = (middles >= 0.0) & (middles <= len(surface.angle) - 1)
+    return rows[on].tolist(), middles[on]
+
+
+def _largest_step(excess: Floats) -> float:
+    """Largest change of the logarithm of the light from one cell to the next; 0 where it is not known."""
+    steps = np.abs(np.diff(excess))
+    return float(np.nanmax(steps)) if np.isfinite(steps).any() else 0.0
+
+
+def _pixel_mm(rows: Sequence[int], middles: Floats, surface: Unrolled) -> float:
+    """By how much a depth is off that the column of the neighbouring pixel tells, mid-way along a line."""
+    r = float(surface.r_mm[int(np.median(rows))])
+    angle = surface.angle[0] + float(np.median(middles)) * (surface.angle[1] - surface.angle[0])
+    camera, projector = surface.camera_mm[:2], surface.projector_mm[:2]
+    view = r * np.array([np.cos(angle), np.sin(angle)]) - camera
+    view = view / np.linalg.norm(view)
+    ends = []
+    for turn in (-0.5 * surface.step_mm / r, 0.5 * surface.step_mm / r):
+        lit = r * np.array([np.cos(angle + turn), np.sin(angle + turn)]) - projector
+        ends.append(triangulated(camera, view[0], view[1], projector, float(np.arctan2(lit[1], lit[0]))))
+    return abs(ends[1] - ends[0])

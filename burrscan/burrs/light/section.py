@@ -146,13 +146,13 @@ def seen(
         return 0.0, 0.0, 0.0
     mean = once / light
     spread = np.sqrt(max(twice / light - mean * mean, 0.0))
-    at = _met(camera, vx, vy, projector, straight + mean) - burr[0]
-    return light, at, abs(_met(camera, vx, vy, projector, straight + mean + spread) - burr[0] - at)
+    at = triangulated(camera, vx, vy, projector, straight + mean) - burr[0]
+    return light, at, abs(triangulated(camera, vx, vy, projector, straight + mean + spread) - burr[0] - at)
 
 
 @njit(cache=True, nogil=True)
-def _met(camera: Floats, vx: float, vy: float, projector: Floats, angle: float) -> float:
-    """Radius at which a camera ray meets the projector ray of some angle."""
+def triangulated(camera: Floats, vx: float, vy: float, projector: Floats, angle: float) -> float:
+    """Radius at which the camera ray along (vx, vy) meets the projector ray of some angle."""
     px, py = np.cos(angle), np.sin(angle)
     t = ((projector[1] - camera[1]) * px - (projector[0] - camera[0]) * py) / (vy * px - vx * py)
     return float(np.hypot(camera[0] + t * vx, camera[1] + t * vy))

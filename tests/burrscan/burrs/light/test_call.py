@@ -22,7 +22,7 @@ from tests.burrscan.parts import turned
 def seen(
     scene: Scene, *, widest_mm: float = 3.0, limit_mm: float | None = None
 ) -> tuple[Unrolled, Place, Burr]:
-    surface, (place,) = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=widest_mm)
+    surface, _, (place,) = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=widest_mm)
     return surface, place, judged(called(place, surface, scene.axis), limit_mm)
 
 
@@ -89,7 +89,7 @@ def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
         height = rng.uniform(1.5, 5.0)
         scene = Scene(seed=seed)
         dark_line(scene, height / per_width, at=(rng.uniform(-20.0, 25.0), -15.0, 12.0))
-        surface, places = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=12.0)
+        surface, _, places = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=12.0)
         assert places[0].told is not None
         for place, found in ((replace(places[0], told=None), pulls), (places[0], modelled)):
             told = called(place, surface, scene.axis).height_mm

@@ -15,7 +15,8 @@ LEANING = [(0.0, 1.0, 0.0), (0.3, 1.0, 0.0), (0.0, 1.0, 0.2), (-0.2, 0.9, -0.2)]
 
 
 def found(scene: Scene, *, unit: float = 1.0) -> tuple[Unrolled, list[Place]]:
-    return disturbed(scene.sight(unit=unit), scene.axis, scene.generatrix, widest_mm=WIDEST_MM)
+    surface, _, places = disturbed(scene.sight(unit=unit), scene.axis, scene.generatrix, widest_mm=WIDEST_MM)
+    return surface, places
 
 
 @pytest.mark.parametrize("seed", range(20))

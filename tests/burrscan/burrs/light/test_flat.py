@@ -6,28 +6,41 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.flat import wanders_flat
+from burrscan.burrs.light.disturbed import disturbed
+from burrscan.burrs.light.flat import is_an_edge, wanders_flat
+from burrscan.burrs.light.side import Looks
+from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.burrs.pose import pose_on_surface
+from burrscan.inspection import Axis, Burr, Value
+from tests.burrscan.burrs.light.scene import Scene
 
 ROWS, COLUMNS, FINE = 24, 40, 64
 NOISE_MM = 0.01
+WIDEST_MM = 3.0
 DEPTH_MM = 0.45
 """By which a depth is off whose column is that of the neighbouring pixel."""
+
+
+def seen(
+    *, width: float, factor: float, askew: float, start: float, rows: int = ROWS
+) -> tuple[Floats, Floats]:
+    """Each pixel's light, and the centroid of it in pixels, where such a line runs.
+
+    ``width`` and ``start`` in pixels; ``askew`` is what the line moves by from row to row.
+    """
+    x = (np.arange(COLUMNS * FINE) + 0.5) / FINE
+    middle = start + askew * np.arange(rows)[:, None]
+    light = np.where(np.abs(x - middle) < 0.5 * width, factor, 1.0).reshape(rows, COLUMNS, FINE)
+    inside = (np.arange(FINE) + 0.5) / FINE - 0.5
+    return light.mean(axis=-1), (light * inside).sum(axis=-1) / light.sum(axis=-1)
 
 
 def line(
     *, width: float, factor: float, askew: float, start: float, rng: np.random.Generator
 ) -> tuple[Bools, Floats]:
-    """Cells that such a line disturbs, and depths there: each pixel's centroid of the light it receives.
-
-    ``width`` and ``start`` in pixels; ``askew`` is what the line moves by from row to row.
-    """
-    x = (np.arange(COLUMNS * FINE) + 0.5) / FINE
-    middle = start + askew * np.arange(ROWS)[:, None]
-    light = np.where(np.abs(x - middle) < 0.5 * width, factor, 1.0).reshape(ROWS, COLUMNS, FINE)
-    inside = (np.arange(FINE) + 0.5) / FINE - 0.5
-    centroid = (light * inside).sum(axis=-1) / light.sum(axis=-1)
-    depth = DEPTH_MM * centroid + NOISE_MM * rng.normal(size=centroid.shape)
-    return np.abs(centroid) > 0.05, depth
+    """Cells that such a line disturbs, and depths there."""
+    _, centroid = seen(width=width, factor=factor, askew=askew, start=start)
+    return np.abs(centroid) > 0.05, DEPTH_MM * centroid + NOISE_MM * rng.normal(size=centroid.shape)
 
 
 @pytest.mark.parametrize("slant", [(0.05, 0.1), (0.1, 0.6)])
@@ -71,3 +84,99 @@ def test_pixels_without_a_depth_have_no_say() -> None:
     cells, depth = line(width=0.5, factor=5.0, askew=0.3, start=20.2, rng=rng)
     depth[rng.random(depth.shape) < 0.2] = np.nan
     assert wanders_flat(cells, depth)
+
+
+class Strip:
+    """A piece of a cylinder's surface with a line of another brightness along it."""
+
+    def __init__(
+        self, *, width: float, factor: float, askew: float, start: float, times: float = 1.0
+    ) -> None:
+        scene = Scene()
+        self.axis: Axis = scene.axis
+        self.surface, self._looks, _ = disturbed(
+            scene.sight(), scene.axis, scene.generatrix, widest_mm=WIDEST_MM
+        )
+        rows = np.flatnonzero(self.surface.open.any(axis=1))
+        self._first, self._column = int(rows[len(rows) // 2 - ROWS // 2]), len(self.surface.angle) // 2
+        light, centroid = seen(width=width, factor=factor, askew=askew, start=start)
+        self._middle = start + askew * 0.5 * (ROWS - 1)
+        self._askew = askew
+        rng = np.random.default_rng(int(1e6 * start))
+        lift = times * pixel_mm(self.surface, self._column) * centroid
+        deviation = NOISE_MM * rng.normal(size=self._looks.deviation_mm.shape)
+        near = (slice(self._first, self._first + ROWS), slice(self._column, self._column + COLUMNS))
+        deviation[near] += lift
+        shown = np.zeros_like(deviation)
+        shown[near] = np.log(light)
+        self.looks = Looks(shown, np.zeros_like(shown), deviation)
+
+    def burr(self, *, width_mm: float) -> Burr:
+        """What is called there."""
+        surface, row = self.surface, self._first + ROWS // 2
+        turn = float(surface.angle[1] - surface.angle[0])
+        angle = float(surface.angle[self._column]) + (self._middle - 0.5) * turn
+        upwards = np.sign(surface.z_mm[row + 1] - surface.z_mm[row])
+        direction = np.array([self._askew, upwards]) / np.hypot(self._askew, 1.0)
+        ends = np.sort(surface.z_mm[[self._first, self._first + ROWS - 1]])
+        foot = np.array([surface.z_mm[row], surface.r_mm[row]])
+        nothing = Value(0.1, 0.1)
+        return Burr(
+            side="nick", angle_deg=Value(float(np.degrees(angle)), 0.1),
+            z_start_mm=Value(float(ends[0]), 0.1),
+            z_end_mm=Value(float(ends[1]), 0.1), height_mm=nothing, width_mm=Value(width_mm, 0.1),
+            length_mm=nothing, area_mm2=nothing, volume_mm3=nothing, significance=10.0,
+            T_mesh_burr=pose_on_surface(foot, np.array([0.0, 1.0]), angle, direction, self.axis),
+        )  # fmt: skip
+
+    def is_an_edge(self, *, pixels: float, by_depth: bool = True) -> bool:
+        """Whether a burr so many pixels wide is one."""
+        burr = self.burr(width_mm=pixels * self.surface.step_mm)
+        return is_an_edge(burr, self.looks, self.surface, self.axis, by_depth=by_depth)
+
+
+def pixel_mm(surface: Unrolled, column: int) -> float:
+    """Depth by which a camera's ray is off where the next cell's ray of the projector is taken to meet it.
+
+    To first order: the next cell is beside by one step, and both rays close that by their tangents.
+    """
+    angle = float(surface.angle[column + COLUMNS // 2])
+    out, beside = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    tangents = []
+    for centre in (surface.camera_mm, surface.projector_mm):
+        towards = centre[:2] - float(surface.r_mm[0]) * out
+        tangents.append(float(towards @ beside) / float(towards @ out))
+    return surface.step_mm / abs(tangents[0] - tangents[1])
+
+
+@pytest.mark.parametrize("factor", [0.2, 3.0, 8.0])
+@pytest.mark.parametrize("width", [0.4, 0.9])
+def test_what_is_called_at_a_scratch_is_an_edge(width: float, factor: float) -> None:
+    for askew in (-0.3, 0.2):
+        strip = Strip(width=width, factor=factor, askew=askew, start=20.3)
+        assert strip.is_an_edge(pixels=1.0)
+        assert not strip.is_an_edge(pixels=2.0)
+        # several times as deep, or with no light that explains it, it is none
+        assert not Strip(width=width, factor=factor, askew=askew, start=20.3, times=5.0).is_an_edge(
+            pixels=1.0
+        )
+        dark = np.zeros_like(strip.looks.light)
+        strip.looks = Looks(dark, dark, strip.looks.deviation_mm)
+        assert not strip.is_an_edge(pixels=1.0)
+
+
+def test_what_the_light_tells_of_is_an_edge_only_where_its_depths_cancel() -> None:
+    """A wide stain's two edges bend the depth to opposite sides; a line at rest in its pixels to one."""
+    strip = Strip(width=3.0, factor=3.0, askew=0.3, start=20.0)
+    assert strip.is_an_edge(pixels=3.0, by_depth=False)
+    strip.looks = Looks(strip.looks.light, strip.looks.predicted, np.abs(strip.looks.deviation_mm))
+    assert not strip.is_an_edge(pixels=3.0, by_depth=False)
+
+
+def test_what_hides_its_surroundings_is_no_edge() -> None:
+    strip = Strip(width=3.0, factor=0.2, askew=0.2, start=20.3)
+    hidden = strip.looks.deviation_mm.copy()
+    hidden[strip.looks.light < -0.1] = np.nan
+    assert strip.is_an_edge(pixels=3.0, by_depth=False)
+    strip.looks = Looks(strip.looks.light, strip.looks.predicted, hidden)
+    assert not strip.is_an_edge(pixels=3.0, by_depth=False)

@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled
@@ -33,9 +31,8 @@ class Rendered:
         return told_of(self.cells, self.looks, self.surface, widest_mm=WIDEST_MM)
 
     def told_side(self) -> int:
-        """+1 or -1 where that is clear, else 0."""
         told = self.told()
-        return 0 if told is None else int(np.trunc(np.clip(told.ridge_over_nick, -1.0, 1.0)))
+        return 0 if told is None else told.side
 
 
 def rendered() -> list[Rendered]:
@@ -102,22 +99,9 @@ def test_no_side_is_told_by_what_is_too_steep_or_too_flat() -> None:
     for end in (0, 1, 10, 11):
         one = misfits.copy()
         one[1, :, end] = 2.0
-        assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), one).ridge_over_nick == 0.0
+        assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), one).side == 0
     misfits[1, :, 5] = 2.0
-    assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits).ridge_over_nick < -1.0
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-def test_what_is_told_and_what_is_counted_decide_together(side: int) -> None:
-    """Half a verdict outweighs equal counts, and not counts that are all of the other side."""
-    misfits = np.full((2, 3, 12), 5.0)
-    misfits[int(side < 0), :, 5] = 3.0
-    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
-    assert told.ridge_over_nick == side * 0.5
-    nothing = np.zeros((1, 1), bool)
-    assert Place(nothing, above=50, below=50, unmeasured=0, contrast=1.0, told=told).side == side
-    above, below = (0, 100) if side > 0 else (100, 0)
-    assert Place(nothing, above=above, below=below, unmeasured=0, contrast=1.0, told=told).side == -side
+    assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits).side == -1
 
 
 def test_a_height_is_told_by_what_its_burr_shows() -> None:
