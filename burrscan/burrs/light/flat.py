@@ -147,4 +147,4 @@ def _pixel_mm(rows: Sequence[int], middles: Floats, surface: Unrolled) -> float:
     for turn in (-0.5 * surface.step_mm / r, 0.5 * surface.step_mm / r):
         lit = r * np.array([np.cos(angle + turn), np.sin(angle + turn)]) - projector
         ends.append(triangulated(camera, view[0], view[1], projector, float(np.arctan2(lit[1], lit[0]))))
-    return abs(ends[1] - ends[0])
+    return float(abs(ends[1] - ends[0]))
