@@ -16,6 +16,7 @@ from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
+from burrscan.burrs.light.shine import mirrored_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
@@ -81,6 +82,10 @@ def burrs_residual(
     seen: list[Burr] = []
     if sight is not None:
         surface, looks, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
+        share = mirrored_share(looks, surface)
+        certain = [
+            one._replace(burr=_less_sure(one.burr, share * one.burr.height_mm.value)) for one in certain
+        ]
         certain, dark = _told_by_light(certain, places, surface)
         certain = [one for one in certain if not is_an_edge(one.burr, looks, surface, axis, by_depth=True)]
         told = [called(place, surface, axis) for place in dark]
@@ -147,7 +152,7 @@ def _told_by_light(
 
 
 def _less_sure(burr: Burr, shared_mm: float) -> Burr:
-    """The burr with a height, an area and a volume that allow for an error all over it."""
+    """The burr with a height, an area and a volume that allow for an error all over it, mm."""
     height = burr.height_mm
     wider = Value(height.value, float(np.hypot(height.sigma, shared_mm)))
     return with_height(burr, wider, share=shared_mm / height.value)

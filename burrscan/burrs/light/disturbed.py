@@ -49,6 +49,10 @@ _HIDES = 2.0
 shades it, the walls of a nick are seen."""
 
 
+_HIGH = 0.8
+"""Share of a place's depths below what stands for its height: the highest of them are noise."""
+
+
 @dataclass(frozen=True)
 class Place:
     """One disturbed place.
@@ -61,6 +65,8 @@ class Place:
         Cells whose depth lies outside, inside, and that have none.
     contrast
         Median size of the excess of the logarithm of the light.
+    crest_mm, floor_mm
+        What a fifth of the measured depths exceed, outside and inside; NaN where nothing was measured.
     told
         What ridges and nicks of many sizes make of what is seen; None where they cannot be laid beside it.
 
@@ -71,12 +77,19 @@ class Place:
     below: int
     unmeasured: int
     contrast: float
+    crest_mm: float = np.nan
+    floor_mm: float = np.nan
     told: Told | None = None
 
     @property
     def depth_tells(self) -> bool:
         """Whether at least half of the place has a depth."""
         return self.above + self.below >= self.unmeasured
+
+    @property
+    def seen_mm(self) -> float:
+        """Height that its depths show on its side."""
+        return self.crest_mm if self.side > 0 else self.floor_mm
 
     @property
     def side(self) -> int:
@@ -178,4 +191,6 @@ def _place(cells: Bools, hole: Bools, deviation: Floats, rest: Floats) -> Place:
         below=int((depth < 0.0).sum()),
         unmeasured=int((cells & hole).sum()),
         contrast=float(np.nanmedian(np.abs(rest[cells]))),
+        crest_mm=float(np.quantile(depth, _HIGH)) if len(depth) else np.nan,
+        floor_mm=float(np.quantile(-depth, _HIGH)) if len(depth) else np.nan,
     )

@@ -129,7 +129,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     beside = int(_BESIDE_MM / (turn * r)) + 1
     near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
     parallel = _medians(looks.predicted[used])
-    tilt = _tilts(surface, middle)
+    tilt = tilts_deg(surface, middle)
     lobe = _lobe(tilt, parallel)
     if lobe is None:
         return None
@@ -172,7 +172,7 @@ def _medians(values: Floats) -> Floats:
     return medians
 
 
-def _tilts(surface: Unrolled, row: int) -> Floats:
+def tilts_deg(surface: Unrolled, row: int) -> Floats:
     """(columns,) angles, degrees, from the half-way direction to the normal of a row, square to the axis."""
     angle, r, z = surface.angle, float(surface.r_mm[row]), float(surface.z_mm[row])
     points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(angle.shape, z)], axis=-1)

@@ -102,6 +102,23 @@ def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
     assert np.sqrt(np.mean(np.square(modelled))) < 1.35
 
 
+def test_depths_below_what_the_light_lets_expect_are_the_height() -> None:
+    """Light that bounces looks farther off the surface; and holes leave open what hides there."""
+    scene = Scene()
+    bright_line(scene)
+    surface, _, (place,) = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=3.0)
+    assert place.seen_mm == pytest.approx(0.4, abs=0.05)
+    told = called(replace(place, floor_mm=np.nan), surface, scene.axis).height_mm
+    assert told.value > 0.6
+    low = called(place, surface, scene.axis).height_mm
+    assert (low.value, low.sigma) == pytest.approx((place.seen_mm, 0.3 * place.seen_mm))
+    for other in (
+        replace(place, floor_mm=1.01 * told.value),
+        replace(place, unmeasured=(place.above + place.below) // 5),
+    ):
+        assert called(other, surface, scene.axis).height_mm == told
+
+
 def test_a_burr_belongs_to_the_place_it_stands_at() -> None:
     scene = Scene()
     dark_line(scene)
