@@ -84,6 +84,10 @@ def _every_vertex(_: Field, site: Site) -> Ints:
     return site.chosen[site.on]
 
 
+def _no(*_: Any, **__: Any) -> bool:
+    return False
+
+
 def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
     return ridge.height_mm, ridge.sigma_of([1, 0, 0, 0, 0])
 
@@ -191,7 +195,26 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {f"{_RESIDUAL}:without_satellites": lambda _, regions, __: list(range(len(regions)))},
     ),
-    Step("light as evidence", "burrs", {f"{_RESIDUAL}:disturbed": lambda *_, **__: (None, [])}),
+    Step(
+        "light as evidence",
+        "burrs",
+        {
+            f"{_RESIDUAL}:disturbed": lambda *_, **__: (None, None, []),
+            f"{_RESIDUAL}:mirrored_share": lambda *_: 0.0,
+            f"{_RESIDUAL}:is_an_edge": _no,
+        },
+    ),
+    Step(
+        "edges of brightness are no burrs",
+        "burrs",
+        {"burrscan.burrs.light.disturbed:wanders_flat": _no, f"{_RESIDUAL}:is_an_edge": _no},
+    ),
+    Step("heights less sure on what shines", "burrs", {f"{_RESIDUAL}:mirrored_share": lambda *_: 0.0}),
+    Step(
+        "heights that depths show below those told",
+        "burrs",
+        {"burrscan.burrs.light.call:_seen": lambda _, told: told},
+    ),
     Step(
         "heights doubted where little was measured", "burrs", {f"{_RESIDUAL}:doubted": lambda burr, *_: burr}
     ),
