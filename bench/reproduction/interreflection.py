@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.reproduction.lab import Lab
 from bench.reproduction.parts import SIDES, Claim, Numbers, Section, Table, both
-from bench.reproduction.photometry import VIEWS_DEG, figures
+from bench.reproduction.photometry import MOST, VIEWS, figures
 from burrscan.arrays import Floats
 
 PAIRS = {"wheel": ("wheel", "direct"), "stepped hub": ("hub", "hub-direct")}
@@ -17,14 +17,16 @@ WORSE = 1.5
 
 
 def measure(lab: Lab) -> Numbers:
-    """Coverage, wrong pixels and RMS of both variants with interreflection and without."""
-    return {
-        f"{variant}_{name}": np.array([
-            [figures(lab.scan(scene, method, spin_deg=view)) for view in VIEWS_DEG] for scene in scenes
-        ])
-        for variant, method in METHODS.items()
-        for name, scenes in PAIRS.items()
-    }  # fmt: skip
+    """Coverage, wrong pixels and RMS of both variants with interreflection and without, by scene and view."""
+    turns = lab.turns_deg(VIEWS)
+    found = {f"{variant}_{name}": np.empty((2, len(turns), 3)) for variant in METHODS for name in PAIRS}
+    for name, pair in PAIRS.items():
+        for light, scene in enumerate(pair):
+            for view, turn in enumerate(turns):
+                for variant, method in METHODS.items():
+                    scan = lab.glance(scene, method, spin_deg=turn)
+                    found[f"{variant}_{name}"][light, view] = figures(scan)
+    return found
 
 
 def draw(n: Numbers) -> Section:
@@ -35,28 +37,32 @@ def draw(n: Numbers) -> Section:
          f"{of[k, 2]:.3f} px")
         for v in SIDES for name, of in medians[v].items() for k in (0, 1)
     )  # fmt: skip
-    worse = [_worse(medians["seed"][name]) for name in PAIRS]
+    worse = [_worse(n[f"seed_{name}"]) for name in PAIRS]
+    views = n[f"seed_{next(iter(PAIRS))}"].shape[1]
     return Section(
         title="Interreflection",
         reports="Interreflections and scattering affect not only the pixels that are lit: even binary "
         "patterns are washed out in a complete area, and artefacts occur sooner where they are combined "
         "with interferometry (section 2).",
         measured="The same scenes traced with light of up to three surfaces and of one only. Wrong pixels of "
-        f"the seed's scan (median of {len(VIEWS_DEG)} views): "
+        f"the seed's scan (median of {views} views all around): "
         + "; ".join(f"{name} {_wrong(medians['seed'][name])}" for name in PAIRS)
         + ".",
         claims=(
             Claim("2", "interreflection makes artefacts in codes with sines", "washed out in an area",
                   *both(lambda v: _both(medians[v])),
                   "yes" if all(worse) else "partly" if any(worse) else "no",
-                  f"wrong pixels or RMS {WORSE:g} times as many with it as without counts"),
+                  f"wrong pixels or RMS {WORSE:g} times as many with it as without counts, in {MOST:.0%} "
+                  "of the views"),
         ),
         tables=(Table(("scan", "measured", "wrong by over a pixel", "RMS of the others"), rows),),
     )  # fmt: skip
 
 
 def _worse(of: Floats) -> bool:
-    return bool(of[0, 1] > WORSE * of[1, 1] or of[0, 2] > WORSE * of[1, 2])
+    """Whether (light, view, figure) are worse with interreflection, by either figure, in most views."""
+    more = of[0, :, 1:] > WORSE * of[1, :, 1:]
+    return bool(more.mean(axis=0).max() >= MOST)
 
 
 def _wrong(of: Floats) -> str:

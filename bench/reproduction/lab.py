@@ -98,6 +98,10 @@ class Lab:
         document = paper_scene(scene, scale=scale, spin_deg=spin_deg, changed=changed)
         return Scanned(scanned(document, Stage(method, parameters)))
 
+    def turns_deg(self, full: int) -> list[float]:
+        """Turns of the wheel, evenly all around: a verdict of one scan is a verdict of its noise."""
+        return np.linspace(0.0, 360.0, self.repeats(full), endpoint=False).tolist()
+
     def pair(self, scene: str) -> dict[str, Scanned]:
         """The scan of both variants."""
         return {name: self.scan(scene, pipeline.scan.method) for name, pipeline in PIPELINES.items()}

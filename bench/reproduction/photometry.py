@@ -17,8 +17,10 @@ from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.scan.rivals.seed import scan_seed
 from burrscan.scanner import PassThrough, Patterns, Scanner
 
-VIEWS_DEG = (0.0, 60.0, 120.0)
-"""Turns of the wheel: a verdict of one scan is a verdict of its noise."""
+VIEWS = 20
+"""Turns of the wheel, all around, on half the raster."""
+MOST = 0.9
+"""Share of the views in which a claim must hold."""
 UNKNOWN = f"{__name__}:scan_unknown"
 SCANS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
     "both curves known": ("curved", "seed", {}),
@@ -65,12 +67,15 @@ def figures(scan: Scanned) -> tuple[float, float, float]:
 
 
 def measure(lab: Lab) -> Numbers:
-    """Every scan in every view."""
-    rows = [
-        [figures(lab.scan(scene, method, spin_deg=view, **given)) for view in VIEWS_DEG]
-        for scene, method, given in SCANS.values()
-    ]
-    return {"rows": np.array(rows)}
+    """Every scan in every view; scans of one scene in one view share its light."""
+    turns = lab.turns_deg(VIEWS)
+    rows = np.empty((len(SCANS), len(turns), 3))
+    for wanted in dict.fromkeys(scene for scene, _, _ in SCANS.values()):
+        for view, turn in enumerate(turns):
+            for row, (scene, method, given) in zip(rows, SCANS.values(), strict=True):
+                if scene == wanted:
+                    row[view] = figures(lab.glance(scene, method, spin_deg=turn, **given))
+    return {"rows": rows}
 
 
 def draw(n: Numbers) -> Section:
@@ -79,26 +84,26 @@ def draw(n: Numbers) -> Section:
     errors = {name: float(np.median(of[:, 2])) for name, of in rows.items()}
     known, camera, projector, neither, undone, left = errors.values()
     first, *others = (of[:, 2] for of in list(rows.values())[:4])
-    matters = [bool(of.min() > first.max()) for of in others]
+    matters = [bool(np.mean(of > first) >= MOST) for of in others]
     table = tuple((name, *(_range(of[:, k], k) for k in range(3))) for name, of in rows.items())
     with_it, without = (list(rows.values())[k][:, 2] for k in (4, 5))
-    mixed = bool(without.min() > with_it.max())
+    mixed = bool(np.mean(without > with_it) >= MOST)
     return Section(
         title="Response curves and crosstalk",
         reports="Nonlinearities and crosstalk between the colour channels are modelled for both the camera "
         "and the projector (section 2).",
-        measured=f"The seed's scan in {n['rows'].shape[1]} views, with a camera of the curve of BT.709 and a "
-        f"projector of power 2.2. With both curves known the columns err by {known:.3f} px RMS, without the "
-        f"camera's {camera:.3f} px, without the projector's {projector:.3f} px. In three colours on copper, "
-        f"with crosstalk of up to 8 % on both sides, {undone:.3f} px where it is undone and {left:.3f} px "
+        measured=f"The seed's scan in {n['rows'].shape[1]} views all around, with a camera of the curve of "
+        f"BT.709 and a projector of power 2.2. With both curves known the columns err by {known:.3f} px "
+        f"RMS, without the camera's {camera:.3f} px, without the projector's {projector:.3f} px. In three "
+        f"colours on copper, with crosstalk of up to 8 % on both sides, {undone:.3f} px where it is undone and {left:.3f} px "
         "where it is left.",
         claims=(
             Claim("2", "nonlinearities of camera and projector are to be modelled", "modelled for both",
                   f"{known:.3f} px with both curves; {camera:.3f} without the camera's, {projector:.3f} "
                   f"without the projector's, {neither:.3f} without both", "–",
                   "yes" if all(matters) else "partly" if any(matters) else "no",
-                  "a larger error in every view counts. It is not much larger: eight steps of a sine cancel "
-                  "harmonics up to the sixth; coverage and wrong pixels suffer too (table)"),
+                  f"a larger error in {MOST:.0%} of the views counts. It is not much larger: eight steps of "
+                  "a sine cancel harmonics up to the sixth; coverage and wrong pixels suffer too (table)"),
             Claim("2", "crosstalk between the colour channels is to be modelled", "modelled for both",
                   f"{undone:.3f} px undone, {left:.3f} px left", "–", "yes" if mixed else "partly",
                   "frames that are compared share a primary here, which alone keeps much of the crosstalk "

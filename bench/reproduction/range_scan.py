@@ -59,10 +59,15 @@ def seen_arc_deg(scan: Scanned) -> float:
 
 
 def distances_mm(scan: Scanned) -> tuple[float, float]:
-    """Median distance to the true points along the camera's rays; share of points more than 1 mm off."""
+    """Median distance to the true points along the camera's rays; share of points more than 1 mm off.
+
+    NaN where nothing was measured.
+    """
     measured, true = (np.linalg.norm(scan.arrays[key], axis=-1) for key in ("points_mm", "true_points_mm"))
     error = np.abs(measured - true)
     known = error[np.isfinite(error)].astype(float)
+    if not len(known):
+        return np.nan, np.nan
     return float(np.median(known)), float(np.mean(known > 1.0))
 
 
@@ -83,7 +88,7 @@ def measure(lab: Lab) -> Numbers:
                 _view_counts(lab.glance("wheel", pipeline.scan.method, spin_deg=turn))
                 for pipeline in PIPELINES.values()
             ]
-            for turn in np.linspace(0.0, 360.0, lab.repeats(VIEWS), endpoint=False).tolist()
+            for turn in lab.turns_deg(VIEWS)
         ]
     )
     found |= {f"{name}_views": counted[:, k] for k, name in enumerate(PIPELINES)}
