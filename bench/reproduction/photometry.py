@@ -95,8 +95,8 @@ def draw(n: Numbers) -> Section:
         measured=f"The seed's scan in {n['rows'].shape[1]} views all around, with a camera of the curve of "
         f"BT.709 and a projector of power 2.2. With both curves known the columns err by {known:.3f} px "
         f"RMS, without the camera's {camera:.3f} px, without the projector's {projector:.3f} px. In three "
-        f"colours on copper, with crosstalk of up to 8 % on both sides, {undone:.3f} px where it is undone and {left:.3f} px "
-        "where it is left.",
+        f"colours on copper, with crosstalk of up to 8 % on both sides, {undone:.3f} px where it "
+        f"is undone and {left:.3f} px where it is left.",
         claims=(
             Claim("2", "nonlinearities of camera and projector are to be modelled", "modelled for both",
                   f"{known:.3f} px with both curves; {camera:.3f} without the camera's, {projector:.3f} "

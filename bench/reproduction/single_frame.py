@@ -58,8 +58,8 @@ def draw(n: Numbers) -> Section:
         measured=f"In {n['rows'].shape[1]} views all around on half the raster; times of one at full size. A "
         f"picture lasts its exposure, and {FRAME_MS:.1f} ms at least. The seed's {seed[_FRAMES]:.0f} "
         f"pictures last {many[_SHOWN]:.1f} s and its decoding and mesh take {many[_COMPUTED]:.2f} s of one "
-        f"core; a single picture (with the bracket that exposes it, {single[_FRAMES]:.0f}) {one[_SHOWN]:.1f} s "
-        f"and {one[_COMPUTED]:.2f} s.",
+        f"core; a single picture (with the bracket that exposes it, {single[_FRAMES]:.0f}) {one[_SHOWN]:.1f} "
+        f"s and {one[_COMPUTED]:.2f} s.",
         claims=(
             Claim("2", "Gray code with sines measures better than a single adapted frame [11]",
                   "chosen for the wheel",
