@@ -100,7 +100,7 @@ class Lab:
 
     def turns_deg(self, full: int) -> list[float]:
         """Turns of the wheel, evenly all around: a verdict of one scan is a verdict of its noise."""
-        return np.linspace(0.0, 360.0, self.repeats(full), endpoint=False).tolist()
+        return [360.0 * k / self.repeats(full) for k in range(self.repeats(full))]
 
     def pair(self, scene: str) -> dict[str, Scanned]:
         """The scan of both variants."""
