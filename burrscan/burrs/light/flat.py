@@ -28,6 +28,10 @@ _AGREE = 2.0
 """Standard errors from which the depths of a place agree along it."""
 _THIN_CELLS = 1.5
 """A burr that is wider shows in more pixels than one edge crosses."""
+_UPRIGHT = 0.5
+"""Share of a burr's direction along the axis from which rows of the surface cross it."""
+_SAME_RADIUS = 0.2
+"""Share by which the radius may change along a burr: rows further in or out are of another surface."""
 _FEWEST_ROWS = 3
 """Rows from which a mean along them says something."""
 _MEASURED = 0.5
@@ -114,15 +118,18 @@ def _agree(sums: Floats, stretches: float) -> bool:
 
 
 def _line(burr: Burr, surface: Unrolled, axis: Axis) -> tuple[Sequence[int], Floats]:
-    """Rows of the unrolled surface that a burr crosses, and the column of its middle in each."""
+    """Rows of the unrolled surface that a burr crosses, and the column of its middle in each.
+
+    None for a burr around the axis, or on a face.
+    """
     T_part_burr = T_part_mesh(axis.point_mm, axis.direction) @ burr.T_mesh_burr
     (x, y, z), along = T_part_burr[:3, 3], T_part_burr[:3, 0]
     r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
     around = -along[0] * np.sin(angle) + along[1] * np.cos(angle)
-    if abs(around) > abs(along[2]):
+    if abs(along[2]) < max(abs(around), _UPRIGHT):
         return [], np.zeros(0)
     inside = (surface.z_mm >= burr.z_start_mm.value) & (surface.z_mm <= burr.z_end_mm.value)
-    rows = np.flatnonzero(inside)
+    rows = np.flatnonzero(inside & (np.abs(surface.r_mm - r) < _SAME_RADIUS * r))
     turned = angle + around / along[2] * (surface.z_mm[rows] - z) / r
     wrapped = np.angle(np.exp(1j * (turned - surface.angle[len(surface.angle) // 2])))
     middles = len(surface.angle) // 2 + wrapped / (surface.angle[1] - surface.angle[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -180,3 +182,25 @@ def test_what_hides_its_surroundings_is_no_edge() -> None:
     assert strip.is_an_edge(pixels=3.0, by_depth=False)
     strip.looks = Looks(strip.looks.light, strip.looks.predicted, hidden)
     assert not strip.is_an_edge(pixels=3.0, by_depth=False)
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.8, 0.6)])
+def test_a_burr_around_the_axis_is_not_judged(direction: tuple[float, float]) -> None:
+    strip = Strip(width=0.9, factor=3.0, askew=0.2, start=20.3)
+    burr = strip.burr(width_mm=strip.surface.step_mm)
+    row = strip.surface.z_mm[len(strip.surface.z_mm) // 2]
+    foot, radius = np.array([row, strip.surface.r_mm[0]]), np.array([0.0, 1.0])
+    pose = pose_on_surface(foot, radius, 0.0, np.array(direction), strip.axis)
+    assert not is_an_edge(
+        replace(burr, T_mesh_burr=pose), strip.looks, strip.surface, strip.axis, by_depth=True
+    )
+
+
+def test_a_burr_on_a_face_is_not_judged() -> None:
+    strip = Strip(width=0.9, factor=3.0, askew=0.2, start=20.3)
+    burr = strip.burr(width_mm=strip.surface.step_mm)
+    foot, upwards = np.array([strip.surface.z_mm[0], strip.surface.r_mm[0]]), np.array([1.0, 0.0])
+    pose = pose_on_surface(foot, upwards, 0.3, np.array([0.0, 1.0]), strip.axis)
+    assert not is_an_edge(
+        replace(burr, T_mesh_burr=pose), strip.looks, strip.surface, strip.axis, by_depth=True
+    )
