@@ -27,6 +27,11 @@ const found = {
     { height: size(one).height, words: one.innerText.length, pictures: one.querySelectorAll("svg, img").length }])),
   verdict: document.querySelector("#verdict").innerText,
   heats: [...document.querySelectorAll(".heat")].map(one => ({ hidden: one.hidden, words: one.innerText })),
+  blank: [...document.querySelectorAll(".swatch")].filter(one => {
+    const style = getComputedStyle(one);
+    return style.backgroundColor === "rgba(0, 0, 0, 0)" && style.backgroundImage === "none" &&
+      style.borderStyle === "none" && style.outlineStyle === "none";
+  }).map(one => one.parentElement.textContent),
   commands: [...document.querySelectorAll(".case .command code")].map(one => one.textContent),
   cases: document.querySelectorAll(".case").length,
   loaded: performance.getEntriesByType("resource").map(one => one.name).filter(name => !name.startsWith("data:")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -20,10 +21,16 @@ EIGHT = {  # of each part: how many pictures it has at least
 }  # fmt: skip
 
 
+LOOK = {"turn_deg": 0.0, "elevation_deg": 32.0, "roll_deg": 90.0, "found": 0.5, "coverage": 0.4}
+CELL = {"planner": "expected", "most": 8, "looks": [LOOK], "removals": [], "chart": {"left": [[0.1, 0.9]]}}
+
+
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
     folder = tmp_path_factory.mktemp("browser")
     run = load_run(made_up_run(folder / "run", fail=True, budget=True, many=True))
+    case = run.directory.case(run.records[0].case)
+    (case / f"{run.records[0].variant}.cell.json").write_text(json.dumps(CELL), "utf-8")
     comparison = compare_runs(run, run, variants=("adaptive", "fixed"))
     files = {
         "run": build_report(run.directory.path),
@@ -38,7 +45,8 @@ def test_all_eight_parts_are_there(seen: Seen, name: str) -> None:
     found = seen.told[name]
     assert "probe" not in found
     verdict, *others = EIGHT
-    assert list(found["parts"]) == [verdict, "goals", *others[:-1], "failures", "provenance", "read"]
+    parts = [part for part in found["parts"] if part != "cell"]
+    assert parts == [verdict, "goals", *others[:-1], "failures", "provenance", "read"]
     for part, pictures in EIGHT.items():
         shown = found["parts"][part]
         assert shown["height"] > 40
@@ -69,6 +77,13 @@ def test_nothing_fails_and_nothing_is_loaded(seen: Seen, name: str) -> None:
 def test_the_browser_has_nothing_to_say_and_asks_for_the_pages_only(seen: Seen) -> None:
     assert seen.console == ()
     assert sorted(seen.asked) == sorted(["/", *(f"/{name}" for name in PAGES)])
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_every_colour_of_a_legend_is_seen(seen: Seen, name: str) -> None:
+    """That of the cell was not: its lines have a colour, its swatches had none."""
+    assert ("cell" in seen.told[name]["parts"]) == name.startswith("run")
+    assert seen.told[name]["blank"] == []
 
 
 @pytest.mark.parametrize("name", PAGES)
