@@ -184,7 +184,7 @@ def _content(
         "run": run,
         "runs": runs,
         "goals": goals(runs),
-        "cell": cell_part(run) if run.suite.source == "cell" else None,
+        "cell": cell_part(run),
         "changes": changes(
             [arm for panel in panels for arm in panel.arms] if len(panels[0].arms) < 2 else []
         ),
