@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
-from burrscan.burrs.light.flat import wanders_flat
+from burrscan.burrs.light.flat import pixel_mm, wanders_flat
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -93,10 +93,16 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing: as told, else by what hides more."""
+        """+1 where material is too much, -1 where it is missing: as told, else by what hides more.
+
+        Where as much is seen above as below, what is told decides however weak it is.
+        """
         if self.told is not None and self.told.side:
             return self.told.side
-        return 1 if self.above + _HIDES * self.unmeasured >= self.below else -1
+        more = self.above + _HIDES * self.unmeasured - self.below
+        if more == 0.0 and self.told is not None:
+            more = self.told.ridge_over_nick
+        return 1 if more >= 0.0 else -1
 
 
 def disturbed(
@@ -136,7 +142,7 @@ def disturbed(
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
     places = [
-        _place(cells, hole, deviation, rest) for cells in found if not wanders_flat(cells, looks.deviation_mm)
+        _place(cells, hole, deviation, rest) for cells in found if not _scratched(cells, looks, surface)
     ]
     return (
         surface,
@@ -147,6 +153,11 @@ def disturbed(
             if one.depth_tells or one.contrast >= _LONE_CONTRAST
         ],
     )
+
+
+def _scratched(cells: Bools, looks: Looks, surface: Unrolled) -> bool:
+    row, column = (int(np.median(each)) for each in np.nonzero(cells))
+    return wanders_flat(cells, looks.deviation_mm, pixel_mm=pixel_mm(surface, row, column))
 
 
 def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:

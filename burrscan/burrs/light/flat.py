@@ -41,7 +41,7 @@ _EDGES_BY_DEPTH, _EDGES_BY_LIGHT = 2.0, 1.0
 lenses spread them over two pixels. What the light tells of has evidence besides its depth: there one."""
 
 
-def wanders_flat(cells: Bools, deviation_mm: Floats) -> bool:
+def wanders_flat(cells: Bools, deviation_mm: Floats, *, pixel_mm: float) -> bool:
     """Whether a place runs askew over pixels and its depths cancel along it, as those of a scratch do.
 
     Parameters
@@ -50,6 +50,8 @@ def wanders_flat(cells: Bools, deviation_mm: Floats) -> bool:
         (rows, columns) of the place on the unrolled surface.
     deviation_mm
         (rows, columns) depth off the surface, NaN where nothing was measured.
+    pixel_mm
+        By how much a depth is off that the column of the neighbouring pixel tells: no edge bends it further.
 
     Notes
     -----
@@ -66,7 +68,8 @@ def wanders_flat(cells: Bools, deviation_mm: Floats) -> bool:
         sums[k] = np.nansum(deviation_mm[row, near])
         middles[k] = at.mean()
     stretches = 1.0 + abs(float(np.polyfit(used, middles, 1)[0])) * float(used[-1] - used[0])
-    return stretches >= _FEWEST and not _agree(sums, stretches)
+    small = float(np.mean(sums**2)) <= pixel_mm**2
+    return stretches >= _FEWEST and small and not _agree(sums, stretches)
 
 
 def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_depth: bool) -> bool:
@@ -94,7 +97,8 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
     ]
     excess = _across(looks.light - looks.predicted, rows, middles, half + _BESIDE_CELLS)
     contrast = float(np.median([_largest_step(row) for row in excess]))
-    most = _pixel_mm(rows, middles, surface) * 0.5 * (1.0 - np.exp(-contrast))
+    middle = int(np.clip(np.rint(np.median(middles)), 0, len(surface.angle) - 1))
+    most = pixel_mm(surface, int(np.median(rows)), middle) * 0.5 * (1.0 - np.exp(-contrast))
     edges = _EDGES_BY_DEPTH if by_depth else _EDGES_BY_LIGHT
     if np.mean(squares) > (edges * most) ** 2:
         return False
@@ -143,10 +147,9 @@ def _largest_step(excess: Floats) -> float:
     return float(np.nanmax(steps)) if np.isfinite(steps).any() else 0.0
 
 
-def _pixel_mm(rows: Sequence[int], middles: Floats, surface: Unrolled) -> float:
-    """By how much a depth is off that the column of the neighbouring pixel tells, mid-way along a line."""
-    r = float(surface.r_mm[int(np.median(rows))])
-    angle = surface.angle[0] + float(np.median(middles)) * (surface.angle[1] - surface.angle[0])
+def pixel_mm(surface: Unrolled, row: int, column: int) -> float:
+    """By how much a depth at a cell is off that the column of the neighbouring pixel tells."""
+    r, angle = float(surface.r_mm[row]), float(surface.angle[column])
     camera, projector = surface.camera_mm[:2], surface.projector_mm[:2]
     view = r * np.array([np.cos(angle), np.sin(angle)]) - camera
     view = view / np.linalg.norm(view)

@@ -85,10 +85,16 @@ class Told:
         freeze(self, widths_mm=self.widths_mm, aspects=self.aspects, misfits=self.misfits)
 
     @property
+    def ridge_over_nick(self) -> float:
+        """By how much a ridge explains a place better than a nick, in differences that decide."""
+        ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
+        return float(nick - ridge) / _DECIDES
+
+    @property
     def side(self) -> int:
         """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly."""
-        ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
-        return 0 if abs(nick - ridge) < _DECIDES else int(np.sign(nick - ridge))
+        better = self.ridge_over_nick
+        return 0 if abs(better) < 1.0 else int(np.sign(better))
 
     def contradicts(self, height_mm: float, *, side: int) -> bool:
         """Whether burrs of that side and height explain the place clearly worse than others of that side."""

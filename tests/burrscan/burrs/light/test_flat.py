@@ -55,7 +55,7 @@ def test_a_scratch_that_runs_askew_is_flat(width: float, factor: float, slant: t
     for _ in range(100):
         askew = float(rng.uniform(*slant) * rng.choice([-1.0, 1.0]))
         cells, depth = line(width=width, factor=factor, askew=askew, start=20.0 + rng.random(), rng=rng)
-        flat.append(wanders_flat(cells, depth))
+        flat.append(wanders_flat(cells, depth, pixel_mm=DEPTH_MM))
     assert np.mean(flat) >= 0.85
 
 
@@ -69,7 +69,15 @@ def test_what_stands_up_or_is_cut_in_along_it_is_not(side: float) -> None:
         pixel = np.arange(COLUMNS) + 0.5
         lifted = np.abs(pixel - (start + askew * np.arange(ROWS)[:, None])) < 1.0
         depth = depth + side * 0.2 * lifted
-        assert not wanders_flat(cells | lifted, depth)
+        assert not wanders_flat(cells | lifted, depth, pixel_mm=DEPTH_MM)
+
+
+def test_depths_that_no_edge_bends_so_far_are_not_flat() -> None:
+    """Light that bounced beside a flake of 1.7 mm showed depths of 2 mm to both sides, which cancelled."""
+    rng = np.random.default_rng(11)
+    cells, depth = line(width=0.8, factor=6.0, askew=0.37, start=20.2, rng=rng)
+    assert wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
+    assert not wanders_flat(cells, 15.0 * depth, pixel_mm=DEPTH_MM)
 
 
 def test_along_the_pixels_nothing_is_told() -> None:
@@ -78,14 +86,14 @@ def test_along_the_pixels_nothing_is_told() -> None:
     for start in np.linspace(20.0, 21.0, 21):
         cells, depth = line(width=0.4, factor=6.0, askew=0.0, start=float(start), rng=rng)
         if cells.any():
-            assert not wanders_flat(cells, depth)
+            assert not wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
 
 
 def test_pixels_without_a_depth_have_no_say() -> None:
     rng = np.random.default_rng(7)
     cells, depth = line(width=0.5, factor=5.0, askew=0.3, start=20.2, rng=rng)
     depth[rng.random(depth.shape) < 0.2] = np.nan
-    assert wanders_flat(cells, depth)
+    assert wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
 
 
 class Strip:

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled
@@ -102,6 +104,18 @@ def test_no_side_is_told_by_what_is_too_steep_or_too_flat() -> None:
         assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), one).side == 0
     misfits[1, :, 5] = 2.0
     assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits).side == -1
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_what_is_told_weakly_breaks_a_tie_of_the_counts_and_no_more(side: int) -> None:
+    misfits = np.full((2, 3, 12), 5.0)
+    misfits[int(side < 0), :, 5] = 3.0
+    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
+    assert told.side == 0
+    nothing = np.zeros((1, 1), bool)
+    assert Place(nothing, above=50, below=50, unmeasured=0, contrast=1.0, told=told).side == side
+    above, below = (49, 51) if side > 0 else (51, 49)
+    assert Place(nothing, above=above, below=below, unmeasured=0, contrast=1.0, told=told).side == -side
 
 
 def test_a_height_is_told_by_what_its_burr_shows() -> None:
