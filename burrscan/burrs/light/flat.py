@@ -23,8 +23,8 @@ from burrscan.inspection import Axis, Burr
 _BESIDE_CELLS = 2
 """The pixels that an edge crosses reach so far beyond the cells whose depth is off."""
 _FEWEST = 2.5
-"""Stretches that tell: along a single one a scratch's depths agree as a burr's do, and noise alone makes the line of
-a short place wander by a pixel."""
+"""Stretches that tell: along a single one a scratch's depths agree as a burr's do, and noise alone makes the
+line of a short place wander by a pixel."""
 _AGREE = 2.0
 """Standard errors from which the depths of a place agree along it."""
 _THIN_CELLS = 1.5
