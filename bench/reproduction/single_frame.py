@@ -40,7 +40,7 @@ def measure(lab: Lab) -> Numbers:
 
 def draw(n: Numbers) -> Section:
     """A table of what pictures buy, and the verdicts."""
-    seed, single, default = (np.nanmedian(of, axis=0) for of in n["rows"])
+    seed, single, default = (_medians(of) for of in n["rows"])
     rows = tuple((title, *_cells(of)) for title, of in zip(SCANS.values(), n["rows"], strict=True))
     total = {
         name: of[_SHOWN] + of[_COMPUTED] for name, of in zip(SCANS, (seed, single, default), strict=True)
@@ -79,16 +79,22 @@ def draw(n: Numbers) -> Section:
     )  # fmt: skip
 
 
+def _medians(of: Floats) -> Floats:
+    """(columns,) medians over the views that know a number; NaN where none does."""
+    known = [column[np.isfinite(column)] for column in of.T]
+    return np.array([np.median(each) if len(each) else np.nan for each in known])
+
+
 def _short(of: Floats) -> str:
     return f"{of[_COVERED]:.0%} measured, {1e3 * of[_MEDIAN]:.0f} µm off, {of[_FRAMES]:.0f} pictures"
 
 
 def _cells(of: Floats) -> tuple[str, ...]:
     def span(column: int, form: str, factor: float = 1.0) -> str:
-        low, middle, high = factor * np.array(
-            [statistic(of[:, column]) for statistic in (np.nanmin, np.nanmedian, np.nanmax)]
-        )
-        return f"{middle:{form}} ({low:{form}} to {high:{form}})"
+        known = factor * of[np.isfinite(of[:, column]), column]
+        if not len(known):
+            return "–"
+        return f"{np.median(known):{form}} ({known.min():{form}} to {known.max():{form}})"
 
     return (
         span(_COVERED, ".1%"),
