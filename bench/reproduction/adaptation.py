@@ -10,6 +10,7 @@ from bench.reproduction.camera_view import OPPOSITE, seen_photo
 from bench.reproduction.drawing import grey
 from bench.reproduction.lab import Lab
 from bench.reproduction.parts import (
+    MOST,
     SIDES,
     Claim,
     Numbers,
@@ -41,8 +42,6 @@ TITLES = {
     "default_plain": "default's code in full light (fixed)",
     "default_adapted": "default, adapted light",
 }
-_MOST = 0.9
-"""Share of the views in which a claim must hold."""
 _COVERED, _ON_BURR, _WRONG, _CLIPPED, _EXPOSURE, _TRIANGLES, _FRAMES = range(7)
 """Columns of a scan's numbers."""
 
@@ -128,9 +127,9 @@ def draw(n: Numbers) -> Section:
                 "adapted light reconstructs what full light does not",
                 "shown",
                 *gain,
-                verdict([share > _MOST for share in better.values()]),
+                verdict([share > MOST for share in better.values()]),
                 f"more by five points of the pixels in {better['seed']:.0%} of the views (seed) and "
-                f"{better['default']:.0%} (default); {_MOST:.0%} of them are asked for",
+                f"{better['default']:.0%} (default); {MOST:.0%} of them are asked for",
             ),
             Claim(
                 "1, 2",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import SIDES, Claim, Numbers, Section, Table, both
-from bench.reproduction.photometry import MOST, VIEWS, figures
+from bench.reproduction.parts import MOST, SIDES, Claim, Numbers, Section, Table, both
+from bench.reproduction.photometry import figures
 from burrscan.arrays import Floats
 
 PAIRS = {"wheel": ("wheel", "direct"), "stepped hub": ("hub", "hub-direct")}
@@ -18,7 +18,7 @@ WORSE = 1.5
 
 def measure(lab: Lab) -> Numbers:
     """Coverage, wrong pixels and RMS of both variants with interreflection and without, by scene and view."""
-    turns = lab.turns_deg(VIEWS)
+    turns = lab.turns_deg()
     found = {f"{variant}_{name}": np.empty((2, len(turns), 3)) for variant in METHODS for name in PAIRS}
     for name, pair in PAIRS.items():
         for light, scene in enumerate(pair):

@@ -28,6 +28,8 @@ PIPELINES: Mapping[str, Pipeline] = {"seed": SEED, "default": DEFAULT}
 """The two columns of the page."""
 FULL_SCALE, QUICK_SCALE = 0.5, 0.2
 """Of the rasters: for the page, and for a look or a test."""
+VIEWS = 20
+"""Turns of the wheel that a verdict is told from."""
 
 
 @dataclass(frozen=True)
@@ -98,9 +100,10 @@ class Lab:
         document = paper_scene(scene, scale=scale, spin_deg=spin_deg, changed=changed)
         return Scanned(scanned(document, Stage(method, parameters)))
 
-    def turns_deg(self, full: int) -> list[float]:
+    def turns_deg(self) -> list[float]:
         """Turns of the wheel, evenly all around: a verdict of one scan is a verdict of its noise."""
-        return [360.0 * k / self.repeats(full) for k in range(self.repeats(full))]
+        count = self.repeats(VIEWS)
+        return [360.0 * k / count for k in range(count)]
 
     def pair(self, scene: str) -> dict[str, Scanned]:
         """The scan of both variants."""

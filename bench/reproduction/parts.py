@@ -15,6 +15,8 @@ Verdict = Literal["yes", "partly", "no"]
 Side = Literal["seed", "default"]
 SIDES: tuple[Side, ...] = ("seed", "default")
 """The two columns of the page."""
+MOST = 0.9
+"""Share of the views in which a claim must hold."""
 Variant = Literal["seed", "default", ""]
 
 

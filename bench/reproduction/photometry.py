@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import Claim, Numbers, Section, Table
+from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table
 from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats, Image
 from burrscan.correspondence import Scan
@@ -17,10 +17,6 @@ from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.scan.rivals.seed import scan_seed
 from burrscan.scanner import PassThrough, Patterns, Scanner
 
-VIEWS = 20
-"""Turns of the wheel, all around, on half the raster."""
-MOST = 0.9
-"""Share of the views in which a claim must hold."""
 UNKNOWN = f"{__name__}:scan_unknown"
 SCANS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
     "both curves known": ("curved", "seed", {}),
@@ -68,7 +64,7 @@ def figures(scan: Scanned) -> tuple[float, float, float]:
 
 def measure(lab: Lab) -> Numbers:
     """Every scan in every view; scans of one scene in one view share its light."""
-    turns = lab.turns_deg(VIEWS)
+    turns = lab.turns_deg()
     rows = np.empty((len(SCANS), len(turns), 3))
     for wanted in dict.fromkeys(scene for scene, _, _ in SCANS.values()):
         for view, turn in enumerate(turns):

@@ -18,8 +18,6 @@ from burrscan.arrays import Floats, Ints32
 
 _OBLIQUE = view_from(azimuth_deg=-65.0, elevation_deg=20.0) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 """From beside the scanner and above: a hole that it could not see shows from there."""
-VIEWS = 20
-"""Views of all sides of the wheel, on half the raster: for the spread."""
 
 
 def mesh_counts(faces: Ints32) -> tuple[int, int, int, float]:
@@ -88,7 +86,7 @@ def measure(lab: Lab) -> Numbers:
                 _view_counts(lab.glance("wheel", pipeline.scan.method, spin_deg=turn))
                 for pipeline in PIPELINES.values()
             ]
-            for turn in lab.turns_deg(VIEWS)
+            for turn in lab.turns_deg()
         ]
     )
     found |= {f"{name}_views": counted[:, k] for k, name in enumerate(PIPELINES)}

@@ -6,8 +6,7 @@ import numpy as np
 
 from bench.reproduction.clocked import FRAME_MS
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import Claim, Numbers, Section, Table, number
-from bench.reproduction.photometry import MOST, VIEWS
+from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table, number
 from bench.reproduction.range_scan import distances_mm
 from burrscan.arrays import Floats
 
@@ -27,7 +26,7 @@ def measure(lab: Lab) -> Numbers:
 
     At full size: on half the raster a single frame's stripes are too fine to be told apart.
     """
-    turns = lab.turns_deg(VIEWS)
+    turns = lab.turns_deg()
     rows = np.empty((len(SCANS), len(turns), 6))
     for view, turn in enumerate(turns):
         for row, method in zip(rows, SCANS, strict=True):

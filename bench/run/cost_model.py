@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bench.run.costs import SHIPPED, START_S, costs_file, known_costs, megapixels, pipeline_key
+from bench.run.costs import START_S, costs_file, known_costs, megapixels, pipeline_key
 from bench.run.directory import Run
 from bench.run.records import Record
 from bench.suites.case import Case
@@ -33,9 +33,7 @@ def update_cost_model(
         return
     known = known_costs(folder)
     seconds = {**known.seconds, **_measured(run.suite, records, done)}
-    seconds[run.suite.source] = _made(
-        records, done, known.seconds.get(run.suite.source, SHIPPED.seconds[run.suite.source])
-    )
+    seconds[run.suite.source] = _made(records, done, known.making(run.suite.source))
     spent_s = sum(sum(r.timings_s.values()) for r in records)
     shared_s = sum(_shared_s(r) for r in records) * (1.0 - 1.0 / len(run.suite.variant))
     found = replace(

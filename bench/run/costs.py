@@ -45,6 +45,10 @@ class Costs:
     light_bytes: float
     measured: str = ""
 
+    def making(self, source: str) -> float:
+        """Seconds per megapixel of making a case; figures older than a source know it by those shipped."""
+        return self.seconds.get(source, SHIPPED.seconds[source])
+
 
 SHIPPED = Costs(
     seconds={"scene": 4.6, "mesh": 1.0, "cell": 45.0, "adaptive": 6.4, "fixed": 4.0, "any": 7.0},
@@ -100,7 +104,7 @@ def estimate(suite: Suite, cases: Sequence[Case], costs: Costs, *, workers: int)
     workers = max(1, min(workers, len(cases)))
     size = sum(megapixels(suite, case) for case in cases)
     each = sum(_seconds(variant, costs) for variant in suite.variant)
-    work_s = size * (costs.seconds.get(suite.source, SHIPPED.seconds[suite.source]) + each) * costs.overhead
+    work_s = size * (costs.making(suite.source) + each) * costs.overhead
     return Estimate(
         seconds=(START_S + work_s / workers) if cases else 0.0,
         run_bytes=len(cases) * len(suite.variant) * costs.record_bytes,

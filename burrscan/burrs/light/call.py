@@ -50,8 +50,7 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     its height contradicts the one told; where it does not, its sigma grows by the part of the place that
     nobody measured.
     """
-    told, depth = _told(place, surface), burr.height_mm
-    share = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
+    told, depth, share = _told(place, surface), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
     bounced = place.told is not None and place.told.contradicts(depth.value, side=place.side)
     if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
@@ -90,8 +89,7 @@ def _seen(place: Place, told: Value) -> Value:
     Light that bounced between burr and wheel looks farther from the surface than what it came from, so depths
     that stay below what the light lets expect came directly.
     """
-    hidden = place.unmeasured / max(place.above + place.below + place.unmeasured, 1)
-    if hidden > _HIDDEN or not 0.0 < place.seen_mm < told.value:
+    if place.hidden > _HIDDEN or not 0.0 < place.seen_mm < told.value:
         return told
     return Value(place.seen_mm, _SEEN_SIGMA * place.seen_mm)
 

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
-from burrscan.burrs.light.flat import pixel_mm, wanders_flat
+from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -47,8 +47,6 @@ _LEVEL = 0.4
 _HIDES = 2.0
 """Cells above the surface that one unmeasured cell speaks for: what stands up hides what is behind it and
 shades it, the walls of a nick are seen."""
-
-
 _HIGH = 0.8
 """Share of a place's depths below what stands for its height: the highest of them are noise."""
 
@@ -85,6 +83,11 @@ class Place:
     def depth_tells(self) -> bool:
         """Whether at least half of the place has a depth."""
         return self.above + self.below >= self.unmeasured
+
+    @property
+    def hidden(self) -> float:
+        """Share of its cells without depth."""
+        return self.unmeasured / max(self.above + self.below + self.unmeasured, 1)
 
     @property
     def seen_mm(self) -> float:
@@ -144,20 +147,17 @@ def disturbed(
     places = [
         _place(cells, hole, deviation, rest) for cells in found if not _scratched(cells, looks, surface)
     ]
-    return (
-        surface,
-        looks,
-        [
-            replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
-            for one in places
-            if one.depth_tells or one.contrast >= _LONE_CONTRAST
-        ],
-    )
+    told = [
+        replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))
+        for one in places
+        if one.depth_tells or one.contrast >= _LONE_CONTRAST
+    ]
+    return surface, looks, told
 
 
 def _scratched(cells: Bools, looks: Looks, surface: Unrolled) -> bool:
     row, column = (int(np.median(each)) for each in np.nonzero(cells))
-    return wanders_flat(cells, looks.deviation_mm, pixel_mm=pixel_mm(surface, row, column))
+    return wanders_flat(cells, looks.deviation_mm, pixel_mm=depth_of_a_pixel_mm(surface, row, column))
 
 
 def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) -> tuple[Bools, Floats]:

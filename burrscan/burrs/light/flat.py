@@ -96,10 +96,12 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
         float(np.nansum(depth**2) - np.isfinite(depth).sum() * sigma**2)
         for depth, sigma in zip(depths, calm, strict=True)
     ]
-    excess = _across(looks.light - looks.predicted, rows, middles, half + _BESIDE_CELLS)
-    contrast = float(np.median([_largest_step(row) for row in excess]))
+    light, predicted = (
+        _across(image, rows, middles, half + _BESIDE_CELLS) for image in (looks.light, looks.predicted)
+    )
+    contrast = float(np.median([_largest_step(a - b) for a, b in zip(light, predicted, strict=True)]))
     middle = int(np.clip(np.rint(np.median(middles)), 0, len(surface.angle) - 1))
-    most = pixel_mm(surface, int(np.median(rows)), middle) * 0.5 * (1.0 - np.exp(-contrast))
+    most = 0.5 * depth_of_a_pixel_mm(surface, int(np.median(rows)), middle) * (1.0 - np.exp(-contrast))
     edges = _EDGES_BY_DEPTH if by_depth else _EDGES_BY_LIGHT
     if np.mean(squares) > (edges * most) ** 2:
         return False
@@ -148,7 +150,7 @@ def _largest_step(excess: Floats) -> float:
     return float(np.nanmax(steps)) if np.isfinite(steps).any() else 0.0
 
 
-def pixel_mm(surface: Unrolled, row: int, column: int) -> float:
+def depth_of_a_pixel_mm(surface: Unrolled, row: int, column: int) -> float:
     """By how much a depth at a cell is off that the column of the neighbouring pixel tells."""
     r, angle = float(surface.r_mm[row]), float(surface.angle[column])
     camera, projector = surface.camera_mm[:2], surface.projector_mm[:2]
