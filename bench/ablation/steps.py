@@ -92,7 +92,8 @@ def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
     return ridge.height_mm, ridge.sigma_of([1, 0, 0, 0, 0])
 
 
-_RESIDUAL, _FUSION, _ROUNDS = (
+_EXACT, _RESIDUAL, _FUSION, _ROUNDS = (
+    "burrscan.generatrix.exact",
     "burrscan.burrs.residual",
     "burrscan.scan.validity.fusion",
     "burrscan.scan.rounds",
@@ -162,8 +163,15 @@ STEPS: tuple[Step, ...] = (
         "generatrix",
         {"burrscan.generatrix.curve:trimmed": _whole_pieces},
     ),
-    Step("creases sharpened", "generatrix", {"burrscan.generatrix.curve:sharpened": lambda piece: piece}),
-    Step("fit to all vertices after the cells", "generatrix", {"burrscan.generatrix.curve:_TUKEY_STEPS": 0}),
+    Step("creases sharpened", "generatrix", {f"{_EXACT}:creases": lambda _: {}}),
+    Step(
+        "roundings told from creases",
+        "generatrix",
+        {f"{_EXACT}:borne_out": lambda *_, sharp, **__: sharp[-1][0]},
+    ),
+    Step("more nodes where the curve bends", "generatrix", {f"{_EXACT}:halved": lambda line, *_: line}),
+    Step("ends where the data end", "generatrix", {f"{_EXACT}:cut_back": lambda line, *_: line}),
+    Step("fit to all vertices after the cells", "generatrix", {f"{_EXACT}:_TUKEY_STEPS": 0}),
     Step(
         "backs of thin walls left out",
         "burrs",

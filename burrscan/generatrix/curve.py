@@ -9,11 +9,11 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix.covariance import band_mm
 from burrscan.generatrix.covariance import sigma_mm as curve_sigma_mm
+from burrscan.generatrix.exact import exact
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
-from burrscan.generatrix.refine import Step, smooth_tangents, step
+from burrscan.generatrix.refine import smooth_tangents, step
 from burrscan.generatrix.tracing.cells import Cells, Looks, Scale, cells_of, scale_of, trusted
-from burrscan.generatrix.tracing.creases import sharpened
 from burrscan.generatrix.tracing.ends import extended, trimmed
 from burrscan.generatrix.tracing.outside import looks_of, oriented
 from burrscan.generatrix.tracing.trace import trace
@@ -21,14 +21,10 @@ from burrscan.inspection import Axis, Generatrix
 
 _MEDIAN_STEPS = 5
 """Steps on the small cells from a chain of cells to near the median; the last is not smoothed."""
-_TUKEY_STEPS = 2
-"""Steps on the data: Gauss-Newton is linear in the offsets, and the first has set the weights right."""
 _SUBCELLS = 4
 """Small cells per cell, which stand for the data in the first steps."""
 _MOST_DATA = 0.75
 """Share of the vertices that chains of their cells hold, unless the mesh is a drawing with long edges."""
-REACH = 0.05
-"""Deviations are looked for within this share of the largest radius."""
 
 
 def fit_generatrix(
@@ -38,7 +34,7 @@ def fit_generatrix(
 
     The (z, r) half-plane is cut into cells; those that hold data over a good share of the arc are walked
     along into ordered pieces, whose nodes then move along their normals to the robust least-squares curve.
-    Creases are put where the two sides meet.
+    Creases are put where the two sides meet, and more nodes where the curve bends.
 
     Parameters
     ----------
@@ -78,7 +74,10 @@ def fit_generatrix(
         )
     rough = _rough(pieces, cells_of(data, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
     turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
-    return _exact(join(turned), data, side, scale.arc, _stated(sigma_mm))
+    stated = _stated(sigma_mm)
+    fit, foot = exact(join(turned), data, scale, stated_mm=stated)
+    sigma = curve_sigma_mm(fit, foot, data.angle, scale.arc, stated)
+    return _described(fit.line, sigma, band_mm(fit.line, foot))
 
 
 def _traced(
@@ -108,7 +107,7 @@ def _stated(sigma_mm: Floats | float | None) -> float:
 
 
 def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> list[Floats]:
-    """From chains of cells to curves near the data: evenly spaced nodes, ends trimmed, creases sharp.
+    """From chains of cells to curves near the data: evenly spaced nodes, ends trimmed.
 
     Small cells stand for the data in them.
     """
@@ -121,38 +120,13 @@ def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> l
         tangents = smooth_tangents(line)
         line = step(line, foot, scale_mm=start, tangents=tangents, count=cells.count).line
     kept = trimmed(line, _cell_feet(line, cells, side), cells.mask)
-    return [sharpened(piece) for piece in kept if len(piece) > 2]
+    return [piece for piece in kept if len(piece) > 2]
 
 
 def _cell_feet(line: Polyline, cells: Cells, side: float) -> Foot:
     z, r = np.ascontiguousarray(cells.centre_mm.T)
     near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=1.5 * side)
     return feet(z, r, line, near, overshoot_mm=0.5 * side)
-
-
-def _exact(
-    line: Polyline, data: Profile, side: float, arc: tuple[float, float], stated_mm: float
-) -> Generatrix:
-    """The Tukey steps over all data, and what the curve then says of itself."""
-    reach = max(4.0 * side, REACH * float(line.nodes_mm[:, 1].max()))
-    near = candidates(data.z_mm, data.r_mm, line, side_mm=side / 3.0, slack_mm=0.1 * side, reach_mm=reach)
-    foot = feet(data.z_mm, data.r_mm, line, near, overshoot_mm=0.5 * side)
-    known = np.abs(foot.distance_mm[foot.valid])
-    start = 1.5 * float(np.median(known[known < side])) if len(known) else side
-    fit = Step(
-        line, np.ones(len(line.nodes_mm)), np.full(len(line.nodes_mm), max(start, stated_mm, 0.01 * side))
-    )
-    tangents = smooth_tangents(line)
-    for _ in range(_TUKEY_STEPS):
-        fit = step(
-            fit.line,
-            foot,
-            scale_mm=np.maximum(fit.scale_mm, max(0.5 * stated_mm, 0.01 * side)),
-            tangents=tangents,
-        )
-        foot = feet(data.z_mm, data.r_mm, fit.line, near, overshoot_mm=0.5 * side)
-    sigma = curve_sigma_mm(fit, foot, data.angle, arc, stated_mm)
-    return _described(fit.line, sigma, band_mm(fit.line, foot))
 
 
 def _described(line: Polyline, sigma: Floats, band: Floats) -> Generatrix:

@@ -56,6 +56,14 @@ class Polyline:
         steps = self.steps_mm
         return np.stack([-steps[:, 1], steps[:, 0]], axis=1) / self.lengths_mm[:, None]
 
+    @property
+    def pieces(self) -> list[tuple[int, int]]:
+        """First and last node of each piece."""
+        ends = np.flatnonzero(np.diff(self.starts) > 1)
+        first = self.starts[np.concatenate([[0], ends + 1])]
+        last = self.starts[np.append(ends, len(self.starts) - 1)] + 1
+        return list(zip(first.tolist(), last.tolist(), strict=True))
+
     def places_mm(self, segment: Ints | Ints32, t: Floats) -> Floats:
         """(N, 2) places (z, r) on segments (N,), t (N,) of the way from start to end."""
         places: Floats = self.nodes_mm[self.starts[segment]] + t[:, None] * self.steps_mm[segment]

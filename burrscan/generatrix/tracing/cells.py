@@ -122,8 +122,13 @@ def arc_of(angle: Floats) -> tuple[float, float]:
     used = np.flatnonzero(_occupied(angle, width, bins))
     gaps = np.diff(used, append=used[0] + bins)
     widest = int(np.argmax(gaps))
-    start = used[(widest + 1) % len(used)]
-    return float(start * width - np.pi), float((bins - gaps[widest] + 1) * width)
+    start = float(used[(widest + 1) % len(used)] * width - np.pi)
+    if gaps[widest] < 2:
+        return start, 2.0 * np.pi
+    # the data's own ends, not those of the bins
+    turn = np.where(angle < start, angle + 2.0 * np.pi, angle) - start
+    least, most = float(np.nanmin(turn)), float(np.nanmax(turn))
+    return start + least, max(most - least, width)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

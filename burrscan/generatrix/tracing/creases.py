@@ -2,33 +2,126 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
+from burrscan.generatrix.polyline import Foot, Polyline, join
+from burrscan.generatrix.profile import Profile
+from burrscan.generatrix.tracing.cells import ARC_BINS, Scale
 
 _SIDE = 3
 """Nodes of each side that its line is fitted to; the node next to the crease is left out."""
 _LEAST_TURN = np.radians(20.0)
 """Rad. Two lines that meet at less than that cross so flatly that noise moves their crossing along them."""
-_STRAIGHT = 0.08
+_STRAIGHT = 0.2
 """Largest deviation of a side's nodes from their line, in node spacings: a rounding is no crease."""
+_FARTHEST = 1.2
+"""Of a crease from the node that stands for it, in node spacings: farther away another node would."""
+_CLEARLY = 3.0
+"""Standard deviations of a vertex that the data beside a crease are off to speak against it."""
+Fitted = tuple[Polyline, Foot]
+"""A line and the data's nearest places on it."""
 
 
-def sharpened(piece: Floats) -> Floats:
-    """A (K, 2) piece with its creases put where the sides' lines meet. O(K).
+def creases(line: Polyline) -> dict[int, Floats]:
+    """Nodes that two straight sides may meet at, and where they do. O(K)."""
+    found: dict[int, Floats] = {}
+    for first, last in line.pieces:
+        found |= {first + k: at for k, at in _corners(line.nodes_mm[first : last + 1]).items()}
+    return found
+
+
+def sharpened(line: Polyline, creases: Mapping[int, Floats]) -> tuple[Polyline, Ints]:
+    """The line with its creases put where the sides meet, without the nodes beside them; their numbers. O(K).
 
     Within about three node spacings of a crease the least-squares nodes round it off; the sides further away
     know better where it is.
     """
-    corners = _corners(piece)
-    if not corners:
-        return piece
-    points = piece.copy()
-    drop = np.zeros(len(piece), dtype=np.bool_)
-    for k, corner in corners.items():
-        drop[k - 1 : k + 2] = [True, False, True]
-        points[k] = corner
-    return points[~drop]
+    nodes = line.nodes_mm.copy()
+    kept = np.ones(len(nodes), dtype=np.bool_)
+    for k, at in creases.items():
+        nodes[k] = at
+        kept[[k - 1, k + 1]] = False
+    sharp = join([nodes[first : last + 1][kept[first : last + 1]] for first, last in line.pieces])
+    return sharp, np.cumsum(kept)[list(creases)] - 1
+
+
+def moved(creases: Mapping[int, Floats], fitted: Polyline, nodes: Ints) -> dict[int, Floats]:
+    """The creases where the sides of a line meet that was fitted with them: no nodes beside them lean."""
+    spacing = float(np.median(fitted.lengths_mm))
+    beside = np.arange(1, _SIDE + 1)
+    reach = beside[-1]
+    places = dict(creases)
+    for k, node in zip(creases, nodes.tolist(), strict=True):
+        if not reach <= node < len(fitted.nodes_mm) - reach:
+            continue
+        windows = node + np.stack([-beside[::-1], beside])
+        place, tangent, bend = _lines(fitted.nodes_mm, windows)
+        meeting = _meeting(place[:1], tangent[:1], place[1:], tangent[1:])[0]
+        if bend.max() < _STRAIGHT * spacing and np.linalg.norm(meeting - creases[k]) < _FARTHEST * spacing:
+            places[k] = meeting
+    return places
+
+
+def borne_out(
+    data: Profile, scale: Scale, *, rounded: Fitted, sharp: Sequence[tuple[Mapping[int, Floats], Fitted]]
+) -> dict[int, Floats]:
+    """The creases that the data beside them agree with: better than with a rounding, or well enough.
+
+    The sides say where a crease would be, not whether there is one: a rounding has straight sides, too. Where
+    rows of data lie as far apart as nodes, nodes go through each of them, and that proves nothing; so a
+    crease that the data are off from by less than their noise explains stays. O(creases × V).
+
+    Parameters
+    ----------
+    data, scale
+        The data, their noise and their arc.
+    rounded
+        A line and the data's nearest places on it, fitted without creases.
+    sharp
+        The same with all of them, in several places (z, r) by node: the best of each counts.
+
+    """
+    spacing = float(np.median(rounded[0].lengths_mm))
+    turn = (data.angle - scale.arc[0]) % (2.0 * np.pi) / scale.arc[1] * ARC_BINS
+    kept = {}
+    for k, at in sharp[0][0].items():
+        near = np.hypot(data.z_mm - at[0], data.r_mm - at[1]) < _SIDE * spacing
+        off, place = min(
+            ((_off_mm(*fitted, near, turn, spacing), places[k]) for places, fitted in sharp),
+            key=lambda one: one[0],
+        )
+        if off <= max(_off_mm(*rounded, near, turn, spacing), _CLEARLY * scale.noise_mm):
+            kept[k] = place
+    return kept
+
+
+def _off_mm(line: Polyline, foot: Foot, near: Bools, turn: Floats, spacing: float) -> float:
+    """Largest distance of the data in half a node spacing, in the median over the arc.
+
+    A burr is on less than half of the arc, so no median sees it where the surface is in sight beside it.
+    Where the data are on less than half of the arc that others are on, they are the burr's alone.
+    """
+    chosen = np.flatnonzero(near & foot.valid)
+    if not len(chosen):
+        return 0.0
+    segment = foot.segment[chosen]
+    along = line.along_mm[segment] + foot.t[chosen] * line.lengths_mm[segment]
+    order = np.argsort(along, kind="stable")
+    ends = np.flatnonzero(np.diff((along[order] // (0.5 * spacing)).astype(np.int64))) + 1
+    means = [
+        _means(foot.distance_mm[part], turn[part].astype(np.int64)) for part in np.split(chosen[order], ends)
+    ]
+    most = max(map(len, means))
+    return max(abs(float(np.median(each))) for each in means if 2 * len(each) >= most)
+
+
+def _means(values: Floats, group: Ints) -> Floats:
+    """Means of the values of each group."""
+    _, number, count = np.unique(group, return_inverse=True, return_counts=True)
+    return np.asarray(np.bincount(number, values) / count)
 
 
 def _corners(piece: Floats) -> dict[int, Floats]:
@@ -43,15 +136,23 @@ def _corners(piece: Floats) -> dict[int, Floats]:
     centre_b, tangent_b, bend_b = _lines(piece, after)
     cross = tangent_a[:, 0] * tangent_b[:, 1] - tangent_a[:, 1] * tangent_b[:, 0]
     turn = np.abs(np.arctan2(cross, (tangent_a * tangent_b).sum(axis=1)))
-    gap = centre_b - centre_a
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reach_a = (gap[:, 0] * tangent_b[:, 1] - gap[:, 1] * tangent_b[:, 0]) / cross
-        meeting = centre_a + reach_a[:, None] * tangent_a
+    meeting = _meeting(centre_a, tangent_a, centre_b, tangent_b)
     offset = np.linalg.norm(meeting - piece[middle], axis=1)
     good = (
-        (turn > _LEAST_TURN) & (np.maximum(bend_a, bend_b) < _STRAIGHT * spacing) & (offset < 1.2 * spacing)
+        (turn > _LEAST_TURN)
+        & (np.maximum(bend_a, bend_b) < _STRAIGHT * spacing)
+        & (offset < _FARTHEST * spacing)
     )
     return _strongest(middle[good], turn[good] - 0.5 * offset[good] / spacing, meeting[good])
+
+
+def _meeting(place_a: Floats, tangent_a: Floats, place_b: Floats, tangent_b: Floats) -> Floats:
+    """(N, 2) where pairs of lines through places meet, infinite where they do not."""
+    gap = place_b - place_a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cross = tangent_a[:, 0] * tangent_b[:, 1] - tangent_a[:, 1] * tangent_b[:, 0]
+        reach = (gap[:, 0] * tangent_b[:, 1] - gap[:, 1] * tangent_b[:, 0]) / cross
+        return np.asarray(place_a + reach[:, None] * tangent_a)
 
 
 def _strongest(nodes: Ints, strength: Floats, meeting: Floats) -> dict[int, Floats]:

@@ -6,10 +6,13 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
-from burrscan.generatrix.polyline import Foot, Polyline
+from burrscan.generatrix.polyline import Foot, Polyline, join
+from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
 
 _LEAST = 0.35
 """Share of its neighbours' angular coverage that an end segment must have."""
+_NEAR = 10
+"""Segments next to an end inwards that say over which angles there is data."""
 
 
 def extended(piece: Floats, *, by_mm: float) -> Floats:
@@ -45,9 +48,9 @@ def trimmed(line: Polyline, foot: Foot, mask: Ints) -> list[Floats]:
 def _covered(coverage: Floats) -> tuple[int, int]:
     """First and last segment that have their share of the coverage of the ten next to them inwards."""
     first, last = 0, len(coverage) - 1
-    while first <= last and coverage[first] <= _LEAST * coverage[first : first + 10].max():
+    while first <= last and coverage[first] <= _LEAST * coverage[first : first + _NEAR].max():
         first += 1
-    while last >= first and coverage[last] <= _LEAST * coverage[max(last - 9, 0) : last + 1].max():
+    while last >= first and coverage[last] <= _LEAST * coverage[max(last - _NEAR + 1, 0) : last + 1].max():
         last -= 1
     return first, last
 
@@ -62,3 +65,57 @@ def _far_ends(segment: Ints32, t: Floats, count: int) -> Floats:
         if k >= 0:
             far[k, 0], far[k, 1] = min(far[k, 0], t[i]), max(far[k, 1], t[i])
     return far
+
+
+def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]) -> Polyline:
+    """Open ends of the pieces drawn back to where half of the bins of the arc have data. O(V + K).
+
+    A curve that runs on beyond its data runs straight, past whatever rounding the part ends with.
+
+    Parameters
+    ----------
+    line, foot
+        The fitted curve and the points' nearest places on it.
+    angle
+        (V,) the points' angles, radians.
+    arc
+        (start, extent) of the angles with data.
+
+    """
+    low, high = _reaches(foot.segment, foot.t, angle, arc, len(line.starts))
+    number = {int(node): k for k, node in enumerate(line.starts)}
+    pieces = []
+    for first, last in line.pieces:
+        nodes = line.nodes_mm[first : last + 1].copy()
+        if not np.array_equal(nodes[0], nodes[-1]):
+            begin, end = number[first], number[last - 1]
+            missing = _middle(low[begin : begin + _NEAR])
+            nodes[0] += min(missing, 0.9) * (nodes[1] - nodes[0])
+            missing = _middle(1.0 - high[max(end - _NEAR + 1, begin) : end + 1][::-1])
+            nodes[-1] += min(missing, 0.9) * (nodes[-2] - nodes[-1])
+        pieces.append(nodes)
+    return join(pieces)
+
+
+def _middle(short: Floats) -> float:
+    """By how much of its last segment the data fall short of the end, in the median of the bins near it.
+
+    ``short`` is (segments, bins) from the end inwards, infinite where a bin has no data: one with data in
+    the others only falls short by all of it.
+    """
+    near = np.isfinite(short).any(axis=0)
+    return float(np.median(np.minimum(short[0, near], 1.0))) if near.any() else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reaches(
+    segment: Ints32, t: Floats, angle: Floats, arc: tuple[float, float], count: int
+) -> tuple[Floats, Floats]:
+    """(M, bins) least and largest place of the data on each segment, infinite where there are none."""
+    least, most = np.full((count, ARC_BINS), np.inf), np.full((count, ARC_BINS), -np.inf)
+    for i in range(len(segment)):
+        k = segment[i]
+        if k >= 0:
+            one = min(int(along_arc(angle[i], arc) * ARC_BINS), ARC_BINS - 1)
+            least[k, one], most[k, one] = min(least[k, one], t[i]), max(most[k, one], t[i])
+    return least, most

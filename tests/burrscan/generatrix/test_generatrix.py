@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.score.polyline import resample
 from bench.synthetic.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
@@ -120,6 +121,69 @@ def test_outliers_and_missing_vertices_do_not_matter() -> None:
     curve = fit_generatrix(vertices, scan.faces, axis)
     assert np.median(errors_mm(scan, axis, curve, "stepped_wheel")) < 0.02
     assert np.isnan(deviation_mm(vertices, axis, curve)[::50]).all()
+
+
+def _turned(profile_zr: np.ndarray, *, seed: int) -> np.ndarray:
+    """A cloud of a part turned about z as a scan shows it: at any place of the profile and any angle."""
+    random = np.random.default_rng(seed)
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(profile_zr, axis=0), axis=1)))
+    at = random.uniform(0.0, along[-1], 80_000)
+    z, r = (np.interp(at, along, profile_zr[:, i]) for i in range(2))
+    segment = np.clip(np.searchsorted(along, at) - 1, 0, len(along) - 2)
+    tangent = np.diff(profile_zr, axis=0)[segment]
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent, axis=1)[:, None]
+    z, r = np.stack([z, r]) + random.normal(scale=0.02, size=len(z)) * normal.T
+    angle = np.radians(random.uniform(-60.0, 60.0, len(z)))
+    return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+
+
+def _rounded(radius_mm: float) -> np.ndarray:
+    """A disc's rim from one face to the other, its two edges rounded; sharp where the radius is zero."""
+    turn = np.linspace(0.0, 0.5 * np.pi, 60)
+    first = np.stack([-45.0 + radius_mm * (1 - np.cos(turn)), 90.0 - radius_mm * (1 - np.sin(turn))], axis=1)
+    last = first[::-1] * [-1.0, 1.0]
+    profile = np.concatenate([[[-45.0, 5.0]], first, last, [[45.0, 5.0]]])
+    return np.asarray(profile[np.append(True, np.linalg.norm(np.diff(profile, axis=0), axis=1) > 0.0)])
+
+
+@pytest.mark.parametrize("radius_mm", [0.0, 0.5, 1.0, 2.0, 4.0])
+def test_edges_are_as_round_as_the_data_show(radius_mm: float) -> None:
+    """Nodes a cell apart (1.1 mm) cut a rounding of 1 mm by 0.13 mm, and a crease overshoots it by 0.4."""
+    profile = _rounded(radius_mm)
+    axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
+    cloud = _turned(profile, seed=11)
+    curve = fit_generatrix(cloud, np.empty((0, 3), np.int32), axis)
+    nodes = np.stack([curve.z_mm, curve.r_mm], axis=1)
+    off = distance_to_polyline(resample(nodes, step_mm=0.05), profile)
+    assert np.sqrt(np.mean(off**2)) < 0.008
+    assert off.max() < (0.15 if radius_mm == 0.5 else 0.08)
+
+
+def test_a_burr_on_a_third_of_an_edge_is_no_rounding() -> None:
+    profile = _rounded(1.0)
+    axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
+    cloud = _turned(profile, seed=12)
+    angle = np.degrees(np.arctan2(cloud[:, 1], cloud[:, 0]))
+    r = np.hypot(cloud[:, 0], cloud[:, 1])
+    on = (np.abs(cloud[:, 2] - 44.0) < 1.0) & (r > 88.0) & (angle > 10.0) & (angle < 50.0)
+    cloud[on, :2] *= (1.0 + 1.0 / r[on])[:, None]
+    curve = fit_generatrix(cloud, np.empty((0, 3), np.int32), axis)
+    nodes = np.stack([curve.z_mm, curve.r_mm], axis=1)
+    assert distance_to_polyline(resample(nodes, step_mm=0.05), profile).max() < 0.1
+    assert np.nanmedian(deviation_mm(cloud[on], axis, curve)) > 0.4
+
+
+def test_the_curve_ends_where_half_of_the_arc_has_data() -> None:
+    """A rounding goes out of sight sooner here than there: what runs on beyond the data runs straight."""
+    profile = _rounded(2.0)
+    axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
+    cloud = _turned(profile, seed=13)
+    angle = np.degrees(np.arctan2(cloud[:, 1], cloud[:, 0]))
+    cloud = cloud[cloud[:, 2] < 44.0 + angle / 60.0]  # the rounding is from 43 to 45 mm
+    curve = fit_generatrix(cloud, np.empty((0, 3), np.int32), axis)
+    nodes = np.stack([curve.z_mm, curve.r_mm], axis=1)
+    assert distance_to_polyline(resample(nodes, step_mm=0.05), profile).max() < 0.1
+    assert np.nanmax(curve.z_mm) == pytest.approx(44.0, abs=0.35)
 
 
 def test_a_cloud_has_no_faces() -> None:

@@ -1,0 +1,101 @@
+"""From a rough curve to the robust least-squares curve of all data: its creases, its bends and its ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.generatrix.polyline import Candidates, Foot, Polyline, candidates, feet
+from burrscan.generatrix.profile import Profile
+from burrscan.generatrix.refine import Step, smooth_tangents, step
+from burrscan.generatrix.tracing.bends import halved
+from burrscan.generatrix.tracing.cells import Scale
+from burrscan.generatrix.tracing.creases import borne_out, creases, moved, sharpened
+from burrscan.generatrix.tracing.ends import cut_back
+
+REACH = 0.05
+"""Deviations are looked for within this share of the largest radius."""
+_TUKEY_STEPS = 2
+"""Steps on the data: Gauss-Newton is linear in the offsets, and the first has set the weights right."""
+_HALVINGS = 3
+"""Of a node spacing, two vertices wide: an eighth of it is what many rows at different places show."""
+_NODE_SIGMAS = 5.0
+"""Shortest segment: :attr:`burrscan.generatrix.tracing.cells.Scale.node_mm` says why."""
+
+
+def exact(line: Polyline, data: Profile, scale: Scale, *, stated_mm: float) -> tuple[Step, Foot]:
+    """Fit a rough curve to all data, with creases where they bear them out and more nodes where they bend.
+
+    Parameters
+    ----------
+    line
+        Evenly spaced nodes within a cell of the data.
+    data, scale
+        The data and what resolution they allow.
+    stated_mm
+        Standard deviation that the data are said to have; 0 where nothing was said.
+
+    Returns
+    -------
+    tuple
+        The last step of the fit, and the nearest places of the data on its line.
+
+    Notes
+    -----
+    O(V + K) for each of a few fits; a crease costs O(V) more.
+
+    """
+    fitter = _Fitter(data, scale, stated_mm)
+    fit, foot = fitter.fitted(line)
+    found = creases(line)
+    if found:
+        creased, nodes = sharpened(line, found)
+        first = fitter.fitted(creased)
+        places = moved(found, first[0].line, nodes)
+        second = fitter.fitted(sharpened(line, places)[0])
+        tries = [(at, (fit.line, foot)) for at, (fit, foot) in ((found, first), (places, second))]
+        kept = borne_out(data, scale, rounded=(fit.line, foot), sharp=tries)
+        if kept:
+            fit, foot = fitter.fitted(sharpened(line, kept)[0])
+    for _ in range(_HALVINGS):
+        finer = halved(fit.line, foot, data.angle, scale.arc, _NODE_SIGMAS * scale.noise_mm)
+        if len(finer.nodes_mm) == len(fit.line.nodes_mm):
+            break
+        fit, foot = fitter.fitted(finer)
+    return fit, foot
+
+
+class _Fitter:
+    """Fits lines to the same data."""
+
+    def __init__(self, data: Profile, scale: Scale, stated_mm: float) -> None:
+        self._data, self._side, self._arc, self._stated = data, scale.cell_mm, scale.arc, stated_mm
+
+    def feet(self, line: Polyline) -> tuple[Foot, Candidates]:
+        """Nearest places on a line, and the lists that find them while its nodes move a little."""
+        reach = max(4.0 * self._side, REACH * float(line.nodes_mm[:, 1].max()))
+        z, r, side = self._data.z_mm, self._data.r_mm, self._side
+        near = candidates(z, r, line, side_mm=side / 3.0, slack_mm=0.1 * side, reach_mm=reach)
+        return feet(z, r, line, near, overshoot_mm=0.5 * side), near
+
+    def fitted(self, line: Polyline) -> tuple[Step, Foot]:
+        """A line after the Tukey steps, its ends where the data end."""
+        foot, near = self.feet(line)
+        start = self._start(foot, line)
+        fit, tangents = Step(line, np.ones(len(start)), start), smooth_tangents(line)
+        least = max(0.5 * self._stated, 0.01 * self._side)
+        for _ in range(_TUKEY_STEPS):
+            fit = step(fit.line, foot, scale_mm=np.maximum(fit.scale_mm, least), tangents=tangents)
+            foot = feet(self._data.z_mm, self._data.r_mm, fit.line, near, overshoot_mm=0.5 * self._side)
+        ended = cut_back(fit.line, foot, self._data.angle, self._arc)
+        foot = feet(self._data.z_mm, self._data.r_mm, ended, near, overshoot_mm=0.5 * self._side)
+        return replace(fit, line=ended), foot
+
+    def _start(self, foot: Foot, line: Polyline) -> Floats:
+        """(K,) scales of the first weights."""
+        known = np.abs(foot.distance_mm[foot.valid])
+        near = known[known < self._side]
+        scale = 1.5 * float(np.median(near)) if len(near) else self._side
+        return np.full(len(line.nodes_mm), max(scale, self._stated, 0.01 * self._side))
