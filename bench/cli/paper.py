@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
         details="Renders scans of a wheel like the paper's, repeats each of its figures, tables and "
         "numbers\nwith its own method and with the default, and says which claims hold. What was measured "
         "is kept\nbeside the page, so that an interrupted run goes on where it was. All of it takes about "
-        "55 minutes\nof one core.",
+        "46 minutes\nof one core.",
         examples="  burrscan paper\n  burrscan paper --only figure-10 --out landscape.html\n  burrscan "
         "paper --quick --out quick.html",
     )
