@@ -204,17 +204,18 @@ def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Flo
     """(N, 2) places on the curve and (N, 2) normals as a mill feels them: medians over its own width.
 
     Segments of the curve are shorter than their noise lets them lean rightly, and the mill's end is a plane:
-    the medians follow the longer of two faces at a corner.
+    the medians follow the longer of two faces at a corner, for a segment counts by its length.
     """
-    middles = line.nodes_mm[line.starts] + 0.5 * line.steps_mm
+    count = np.maximum(np.round(4.0 * line.lengths_mm / np.median(line.lengths_mm)), 1.0).astype(np.int64)
+    middles = np.repeat(line.nodes_mm[line.starts] + 0.5 * line.steps_mm, count, axis=0)
+    normals_there = np.repeat(line.normals, count, axis=0)
     at = line.places_mm(foot.segment, foot.t)
     normals = np.empty_like(at)
     for number, place in enumerate(at):
         near = np.hypot(*(middles - place).T) <= max(radius_mm, 2.0 * float(np.median(line.lengths_mm)))
-        middle = line.normals[near].mean(axis=0)
-        lean = np.arctan2(
-            middle[0] * line.normals[near, 1] - middle[1] * line.normals[near, 0], line.normals[near] @ middle
-        )
+        leaning = normals_there[near]
+        middle = leaning.mean(axis=0)
+        lean = np.arctan2(middle[0] * leaning[:, 1] - middle[1] * leaning[:, 0], leaning @ middle)
         turn = np.median(lean)
         normal = np.array(
             [

@@ -207,7 +207,7 @@ def _on_surface(outcome: Outcome, T_camera_burr: Floats) -> Floats:
     radial = np.array([np.cos(angle), np.sin(angle), 0.0])
     # the normal over a burr's surroundings, not of one short segment
     beside = np.hypot(*(line.nodes_mm[line.starts] - at).T) < 2.0
-    mean = line.normals[beside].mean(axis=0) if beside.any() else line.normals[segment]
+    mean = line.lengths_mm[beside] @ line.normals[beside] if beside.any() else line.normals[segment]
     normal = (mean[1] * radial + mean[0] * np.array([0.0, 0.0, 1.0])) / np.linalg.norm(mean)
     along = pose[:3, 0] - (pose[:3, 0] @ normal) * normal
     along /= np.linalg.norm(along)

@@ -10,7 +10,7 @@ from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
 
 _LEAST = 0.35
-"""Share of its neighbours' angular coverage that an end segment must have."""
+"""Share of its neighbours' angular coverage that the end must have."""
 _NEAR = 10
 """Segments next to an end inwards that say over which angles there is data."""
 
@@ -68,7 +68,7 @@ def _far_ends(segment: Ints32, t: Floats, count: int) -> Floats:
 
 
 def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]) -> Polyline:
-    """Open ends of the pieces drawn back to where half of the bins of the arc have data. O(V + K).
+    """Open ends of the pieces drawn back to where a good share of the arc has data. O(V + K).
 
     A curve that runs on beyond its data runs straight, past whatever rounding the part ends with.
 
@@ -89,22 +89,22 @@ def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]
         nodes = line.nodes_mm[first : last + 1].copy()
         if not np.array_equal(nodes[0], nodes[-1]):
             begin, end = number[first], number[last - 1]
-            missing = _middle(low[begin : begin + _NEAR])
+            missing = _short(low[begin : begin + _NEAR])
             nodes[0] += min(missing, 0.9) * (nodes[1] - nodes[0])
-            missing = _middle(1.0 - high[max(end - _NEAR + 1, begin) : end + 1][::-1])
+            missing = _short(1.0 - high[max(end - _NEAR + 1, begin) : end + 1][::-1])
             nodes[-1] += min(missing, 0.9) * (nodes[-2] - nodes[-1])
         pieces.append(nodes)
     return join(pieces)
 
 
-def _middle(short: Floats) -> float:
-    """By how much of its last segment the data fall short of the end, in the median of the bins near it.
+def _short(places: Floats) -> float:
+    """By how much of its last segment the data fall short of the end, but for a share of the bins near it.
 
-    ``short`` is (segments, bins) from the end inwards, infinite where a bin has no data: one with data in
+    ``places`` are (segments, bins) from the end inwards, infinite where a bin has no data: one with data in
     the others only falls short by all of it.
     """
-    near = np.isfinite(short).any(axis=0)
-    return float(np.median(np.minimum(short[0, near], 1.0))) if near.any() else 0.0
+    near = np.isfinite(places).any(axis=0)
+    return float(np.quantile(np.minimum(places[0, near], 1.0), _LEAST)) if near.any() else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

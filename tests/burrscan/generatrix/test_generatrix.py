@@ -173,7 +173,7 @@ def test_a_burr_on_a_third_of_an_edge_is_no_rounding() -> None:
     assert np.nanmedian(deviation_mm(cloud[on], axis, curve)) > 0.4
 
 
-def test_the_curve_ends_where_half_of_the_arc_has_data() -> None:
+def test_the_curve_ends_where_a_good_share_of_the_arc_has_data() -> None:
     """A rounding goes out of sight sooner here than there: what runs on beyond the data runs straight."""
     profile = _rounded(2.0)
     axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
@@ -183,7 +183,7 @@ def test_the_curve_ends_where_half_of_the_arc_has_data() -> None:
     curve = fit_generatrix(cloud, np.empty((0, 3), np.int32), axis)
     nodes = np.stack([curve.z_mm, curve.r_mm], axis=1)
     assert distance_to_polyline(resample(nodes, step_mm=0.05), profile).max() < 0.1
-    assert np.nanmax(curve.z_mm) == pytest.approx(44.0, abs=0.35)
+    assert np.nanmax(curve.z_mm) == pytest.approx(44.3, abs=0.2)  # where 35 % of the arc has data
 
 
 def test_a_cloud_has_no_faces() -> None:
