@@ -154,6 +154,7 @@ def servo(
     pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
     lever = float(np.linalg.norm(station.T_flange_tool[:3, 3]))
     slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
+    rig = station.scanner.rig
     glances: list[Glance] = []
     same_side: list[Sighting] = []
     roll: float | None = None
@@ -164,7 +165,11 @@ def servo(
         outcome, why = _look(station, pipeline)
         at = np.asarray(np.linalg.inv(reported) @ expected, float)
         gate_mm = _GATE_MM[found > 0]
-        seen = None if outcome is None else tracked(outcome, burr, at, gate_mm=gate_mm, pixel_mm=pixel_mm)
+        seen = (
+            None
+            if outcome is None
+            else tracked(outcome, burr, at, rig=rig, gate_mm=gate_mm, pixel_mm=pixel_mm)
+        )
         if seen is None:
             glances.append(Glance(reported, height, outcome=outcome, why=why))
             same_side = []

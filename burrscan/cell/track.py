@@ -14,11 +14,14 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
+from burrscan.cell.shade import PIECES, shade_centre
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Outcome
 from burrscan.pose import placed
+from burrscan.rig import Rig
+from burrscan.sight import sight_of
 
 _STEP_MM = 0.05
 """Between the places that are tried; between them the gain is a parabola."""
@@ -35,8 +38,8 @@ _BOTH = 0.25
 """Of what one flank tells the other must tell at least: its points may be twice as uncertain."""
 _ROUNDS = 3
 """Of the fit; from one to the next its noise is known better."""
-_PIECES = 6
-"""Of the burr's length, each left out once: how much the place hangs on one of them is its uncertainty."""
+_SYMMETRIC = 0.03
+"""Largest share of the flanks' tilt in the rays' plane (10 degrees) for which both look alike."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class Tracked:
 
 
 def tracked(
-    outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: float, pixel_mm: float
+    outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, rig: Rig, gate_mm: float, pixel_mm: float
 ) -> Tracked | None:
     """Where the burr is in this look; None where nothing stands out near its place.
 
@@ -69,6 +72,8 @@ def tracked(
         As it was found: its side, width, length and height.
     T_camera_burr
         (4, 4) where it is expected.
+    rig
+        Of the scanner.
     gate_mm
         How far across and along it may be from there.
     pixel_mm
@@ -87,14 +92,20 @@ def tracked(
     high = burr.height_mm.value
     near = np.isfinite(deviation) & (np.abs(local[:, 2]) < gate_mm + 2.0 * high)
     near &= np.abs(local[:, 0]) < half
-    near &= np.abs(local[:, 1]) < 2.0 * gate_mm + width
+    called = _called(inspection.burrs, burr, T_camera_burr, gate_mm)
+    middle, reach = (0.0, gate_mm) if called is None else (called, 0.5 * width)
+    near &= np.abs(local[:, 1] - middle) < 2.0 * reach + width
     if near.sum() < _LEAST:
         return None
     hump = _Hump(
         local[near, 0], local[near, 1], deviation[near], surface.vertex_sigma_mm[near],
-        half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), gate_mm=gate_mm,
+        half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), middle_mm=middle, reach_mm=reach,
     )  # fmt: skip
-    found = hump.place(least_mm=_HIGH * high)
+    found = _joined(
+        hump.place(least_mm=_HIGH * high if called is None else 0.0),
+        None if called is None else _shaded(outcome, burr, T_camera_burr, called, rig=rig, pixel_mm=pixel_mm),
+        aside_mm=0.5 * width * _aside(rig, T_camera_burr),
+    )
     if found is None or found.sigma > _VAGUE * width:
         return None
     across = found.value
@@ -106,17 +117,66 @@ def tracked(
     return Tracked(seen, found.sigma)
 
 
+def _called(burrs: tuple[Burr, ...], wanted: Burr, T_camera_burr: Floats, gate_mm: float) -> float | None:
+    """Where across the burr the detector calls one of its side, nearest to its place; None if it calls none.
+
+    The detector has the light as well: it sees the burr where a flank that mirrors the part shows no height.
+    """
+    half = 0.5 * wanted.length_mm.value + gate_mm
+    places = [
+        (np.linalg.inv(T_camera_burr) @ one.T_mesh_burr)[:2, 3] for one in burrs if one.side == wanted.side
+    ]
+    across = [float(y) for x, y in places if abs(x) < half and abs(y) < gate_mm]
+    return min(across, key=abs, default=None)
+
+
+def _aside(rig: Rig, T_camera_burr: Floats) -> float:
+    """Square of the sine between the baseline and the burr: the share of its flanks' tilt in a ray's plane.
+
+    A flank that mirrors the part does so in the plane of camera, projector and point. Where that lies across
+    the burr, one flank mirrors and the other does not, and the place is off by up to half the width.
+    """
+    baseline = T_camera_burr[:3, :2].T @ rig.projector_centre_mm
+    return float(baseline[1] ** 2 / max(float(baseline @ baseline), 1e-12))
+
+
+def _shaded(
+    outcome: Outcome, burr: Burr, T_camera_burr: Floats, middle_mm: float, *, rig: Rig, pixel_mm: float
+) -> Value | None:
+    """Where the light has the burr; None where it does not tell."""
+    sight = sight_of(outcome.scan.radiance, outcome.surface.points_mm, rig)
+    if sight is None or _aside(rig, T_camera_burr) > _SYMMETRIC:
+        return None
+    return shade_centre(
+        sight, outcome.inspection, T_camera_burr, width_mm=burr.width_mm.value,
+        length_mm=burr.length_mm.value, middle_mm=middle_mm, pixel_mm=pixel_mm,
+    )  # fmt: skip
+
+
+def _joined(depth: Value | None, light: Value | None, *, aside_mm: float) -> Value | None:
+    """Their mean by inverse variance; where they differ by more than stated, that is what they err by."""
+    known = [one for one in (depth, light) if one is not None]
+    if not known:
+        return None
+    weight = np.array([1.0 / (one.sigma**2 + aside_mm**2) for one in known])
+    value = np.array([one.value for one in known])
+    mean = float(weight @ value / weight.sum())
+    excess = float(weight @ (value - mean) ** 2)
+    return Value(mean, float(np.sqrt(max(excess, 1.0) / weight.sum())))
+
+
 class _Hump:
     """A parabola of given width over a constant, fitted at every place across the burr at once."""
 
     def __init__(
-        self, x: Floats, y: Floats, deviation: Floats, sigma: Floats, *, half_mm: float, gate_mm: float
-    ) -> None:
-        self._places = np.arange(-gate_mm, gate_mm + 0.5 * _STEP_MM, _STEP_MM)
+        self, x: Floats, y: Floats, deviation: Floats, sigma: Floats, *,
+        half_mm: float, middle_mm: float, reach_mm: float,
+    ) -> None:  # fmt: skip
+        self._places = middle_mm + np.arange(-reach_mm, reach_mm + 0.5 * _STEP_MM, _STEP_MM)
         self._shape = np.clip(1.0 - ((y - self._places[:, None]) / half_mm) ** 2, 0.0, None)
         self._y, self._deviation, self._sigma = y, deviation, sigma
-        piece = np.floor(_PIECES * (x - x.min()) / (np.ptp(x) + 1e-9))
-        self._pieces = [piece == number for number in range(_PIECES)]
+        piece = np.floor(PIECES * (x - x.min()) / (np.ptp(x) + 1e-9))
+        self._pieces = [piece == number for number in range(PIECES)]
 
     def place(self, *, least_mm: float) -> Value | None:
         """The place that explains most; None where that is no burr, or only one flank is measured well.
@@ -142,7 +202,7 @@ class _Hump:
         if self._one_sided(number, weight):
             return None
         without = np.array([self._best(np.where(piece, 0.0, weight))[1] for piece in self._pieces])
-        spread = (_PIECES - 1) / _PIECES * float(((without - without.mean()) ** 2).sum())
+        spread = (PIECES - 1) / PIECES * float(((without - without.mean()) ** 2).sum())
         return Value(at, float(np.sqrt(spread)))
 
     def _one_sided(self, number: int, weight: Floats) -> bool:

@@ -13,6 +13,8 @@ _FINE_MM = 0.15
 """Faces that a mill left are looked at in pieces of this size: the deepest place lies inside of them."""
 _NEAR_MM = 6.0
 """Of a burr's length around the mill that its middle is taken over."""
+_SLICE_MM = 0.5
+"""Of its length whose outline has one middle."""
 _BESIDE_MM = 1.0
 """Around a burr's extent that counts as its place."""
 
@@ -37,8 +39,9 @@ class Left:
 def tool_over(T_part_tool: Floats, wheel: Wheel, number: int) -> tuple[float, float]:
     """Where the middle of the mill's end is over a burr, mm: across it, and along the surface's normal.
 
-    Across it counts from the middle of the burr's own faces near the mill, by their area: of a curled or
-    leaning burr that is where its metal is, not where its root is. The surface under the burr is taken for
+    Across it counts from the middle of what the burr covers of the part, near the mill: of a plain burr that
+    is the middle of its base, as :class:`burrscan.inspection.Burr` has it, and of a curled one that of its
+    outline, for from above its root is not seen. The surface under the burr is taken for
     the plane face (in the meridian) of its middle.
     """
     burr, generatrix_zr_mm = wheel.burrs[number], wheel.generatrix_zr_mm
@@ -71,17 +74,16 @@ def base_pose(wheel: Wheel, number: int) -> Floats:
 
 
 def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
-    """Angle, rad, of the middle of a burr's faces within a few millimetres of a place along the axis."""
-    corners = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    middle = corners.mean(axis=1)
-    low, high = wheel.burrs[number].z_start_mm, wheel.burrs[number].z_end_mm
-    near = np.abs(middle[:, 2] - np.clip(z_mm, low, high)) < _NEAR_MM
-    away = np.angle(
-        np.exp(1j * (np.arctan2(middle[:, 1], middle[:, 0]) - np.radians(wheel.burrs[number].angle_deg)))
-    )
-    weight = np.where(near, area, 0.0) if near.any() else area
-    return float(np.radians(wheel.burrs[number].angle_deg) + (weight * away).sum() / weight.sum())
+    """Angle, rad, of the middle of a burr's outline within a few millimetres of a place along the axis."""
+    burr = wheel.burrs[number]
+    points = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]].reshape(-1, 3)
+    near = np.abs(points[:, 2] - np.clip(z_mm, burr.z_start_mm, burr.z_end_mm)) < _NEAR_MM
+    points = points[near] if near.any() else points
+    angle = np.radians(burr.angle_deg)
+    away = np.angle(np.exp(1j * (np.arctan2(points[:, 1], points[:, 0]) - angle)))
+    slices = np.floor(points[:, 2] / _SLICE_MM).astype(np.int64)
+    middles = [0.5 * (away[slices == each].min() + away[slices == each].max()) for each in np.unique(slices)]
+    return float(angle + np.mean(middles))
 
 
 def left_of(wheel: Wheel, before: Wheel, burr: TrueBurr) -> Left:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,10 +15,13 @@ from burrscan.cell.track import Tracked, tracked
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Inspection
 from burrscan.pipeline import Outcome
+from burrscan.rig import Rig
 from tests.burrscan.cell.parts import RADIUS_MM, axis, burr, generatrix
 
 _PITCH_MM = 0.5
 _NOISE_MM = 0.05
+_RIG = cast(Rig, SimpleNamespace(projector_centre_mm=np.array([0.0, 0.0, 200.0])))
+"""Its baseline lies along the burr."""
 
 
 def _look(
@@ -46,9 +50,10 @@ def _look(
     return cast(Outcome, SimpleNamespace(surface=surface, inspection=inspection))
 
 
-def _found(outcome: Outcome) -> Tracked | None:
+def _found(outcome: Outcome, rig: Rig = _RIG) -> Tracked | None:
     target = burr(0.0)
-    return tracked(outcome, target, np.array(target.T_mesh_burr), gate_mm=2.0, pixel_mm=_PITCH_MM)
+    pose = np.array(target.T_mesh_burr)
+    return tracked(outcome, target, pose, rig=rig, gate_mm=2.0, pixel_mm=_PITCH_MM)
 
 
 def _errors(seed: int, count: int, **world: Any) -> Floats:
@@ -104,3 +109,25 @@ def test_one_flank_alone_is_no_place() -> None:
     assert sum(one is None for one in wild) > 5
     # where the foot of the flank tells enough, a section that is no parabola costs some hundredths
     assert all(one is None or abs(one.burr.T_mesh_burr[1, 3]) < 0.12 for one in wild)
+
+
+def test_a_baseline_across_the_burr_leaves_its_place_uncertain_by_its_width() -> None:
+    rng = np.random.default_rng(6)
+    for degrees, least in ((0.0, 0.0), (20.0, 0.05), (90.0, np.inf)):
+        way = 200.0 * np.array([0.0, np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
+        found = _found(_look(rng, 0.0), cast(Rig, SimpleNamespace(projector_centre_mm=way)))
+        assert (np.inf if found is None else found.across_sigma_mm) >= least
+
+
+def test_a_burr_that_the_detector_calls_is_found_though_its_flanks_show_little_of_its_height() -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(10):
+        look = _look(rng, 0.4, ridge_mm=0.3)
+        assert _found(look) is None
+        called = replace(look.inspection, burrs=(burr(np.degrees(0.5 / RADIUS_MM)),))
+        scan = SimpleNamespace(radiance=None)
+        surface = SimpleNamespace(**vars(look.surface), points_mm=np.empty((0, 0, 3)))
+        known = SimpleNamespace(scan=scan, surface=surface, inspection=called)
+        found = _found(cast(Outcome, known))
+        assert found is not None
+        assert found.burr.T_mesh_burr[1, 3] == pytest.approx(0.4, abs=0.12)
