@@ -19,6 +19,7 @@ from burrscan.generatrix.profile import Profile, profile_of
 from burrscan.generatrix.tracing.cells import arc_of
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import placed
+from burrscan.robust import SIGMA_PER_MEDIAN
 
 _CLIP = 6.0
 """A vertex counts for this many sigma at most, so that a spike is no burr."""
@@ -271,7 +272,7 @@ def levelled(
         (N,) deviations and (rows,) robust standard deviations.
 
     """
-    overall = 1.4826 * float(np.median(np.abs(deviation))) + finest
+    overall = SIGMA_PER_MEDIAN * float(np.median(np.abs(deviation))) + finest
     mean, spread = core_of(deviation, cell, shape[0], overall)
     # About the middle of the data: about the part frame's origin, which may be far away, a tilt is a shift.
     place = place - [float(place[:, 0].mean()), 0.0]

@@ -8,7 +8,7 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.errors import InputError
 from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Generatrix
-from burrscan.robust import SIGMA_PER_MEDIAN
+from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
 _LEAST = 8
 """Vertices of a step along the axis: the median of fewer is no summary, and their span says little."""
@@ -56,4 +56,4 @@ def _summary(radii: Floats) -> tuple[float, float, float]:
     """Median, its standard deviation (1.25 sigma / root n), and the whole span."""
     middle = float(np.median(radii))
     sigma = SIGMA_PER_MEDIAN * float(np.median(np.abs(radii - middle)))
-    return middle, 1.2533 * sigma / np.sqrt(len(radii)), float(np.ptp(radii))
+    return middle, MEDIAN_OVER_MEAN * sigma / np.sqrt(len(radii)), float(np.ptp(radii))

@@ -13,16 +13,13 @@ from numba import njit
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
+from burrscan.robust import MEDIAN_OVER_MEAN
 
 _LEAST_BINS = 6
 """Of the arc, with data in a part of a segment: fewer show no scatter."""
 _CERTAIN = 4.0
 """Standard errors: one in a thousand for Student's t of ten degrees of freedom, and a curve has some
 hundred segments."""
-_MEDIAN = 1.2533
-"""Standard error of a median over that of a mean, for normal errors."""
-_MAD = 1.4826
-"""Standard deviation over median absolute deviation, for normal errors."""
 
 
 def halved(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float], least_mm: float) -> Polyline:
@@ -67,8 +64,8 @@ def _off(mean_mm: Floats) -> tuple[Floats, Floats]:
     enough = known >= _LEAST_BINS
     middle, error = np.full(known.shape, np.nan), np.full(known.shape, np.nan)
     middle[enough] = np.nanmedian(mean_mm[enough], axis=-1)
-    scatter = _MAD * np.nanmedian(np.abs(mean_mm[enough] - middle[enough, None]), axis=-1)
-    error[enough] = _MEDIAN * scatter / np.sqrt(known[enough])
+    scatter = SIGMA_PERMEDIAN_OVER_MEAN * np.nanmedian(np.abs(mean_mm[enough] - middle[enough, None]), axis=-1)
+    error[enough] = MEDIAN_OVER_MEAN * scatter / np.sqrt(known[enough])
     return middle, error
 
 

@@ -16,7 +16,7 @@ _SIDE = 3
 _LEAST_TURN = np.radians(20.0)
 """Rad. Two lines that meet at less than that cross so flatly that noise moves their crossing along them."""
 _STRAIGHT = 0.2
-"""Largest deviation of a side's nodes from their line, in node spacings: a rounding is no crease."""
+"""Largest deviation of a side's nodes from their line, in node spacings: more tells of no crossing."""
 _FARTHEST = 1.2
 """Of a crease from the node that stands for it, in node spacings: farther away another node would."""
 _CLEARLY = 3.0
