@@ -64,7 +64,7 @@ def _off(mean_mm: Floats) -> tuple[Floats, Floats]:
     enough = known >= _LEAST_BINS
     middle, error = np.full(known.shape, np.nan), np.full(known.shape, np.nan)
     middle[enough] = np.nanmedian(mean_mm[enough], axis=-1)
-    scatter = SIGMA_PERMEDIAN_OVER_MEAN * np.nanmedian(np.abs(mean_mm[enough] - middle[enough, None]), axis=-1)
+    scatter = SIGMA_PER_MEDIAN * np.nanmedian(np.abs(mean_mm[enough] - middle[enough, None]), axis=-1)
     error[enough] = MEDIAN_OVER_MEAN * scatter / np.sqrt(known[enough])
     return middle, error
 
