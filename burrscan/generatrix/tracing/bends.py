@@ -13,7 +13,7 @@ from numba import njit
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
-from burrscan.robust import MEDIAN_OVER_MEAN
+from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
 _LEAST_BINS = 6
 """Of the arc, with data in a part of a segment: fewer show no scatter."""
