@@ -12,7 +12,7 @@ from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline, join
-from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
+from burrscan.generatrix.tracing.cells import ARC_BINS, arc_bin
 from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
 _LEAST_BINS = 6
@@ -78,7 +78,7 @@ def _in_parts(
     for i in range(len(segment)):
         if segment[i] < 0:
             continue
-        one = min(int(along_arc(angle[i], arc) * ARC_BINS), ARC_BINS - 1)
+        one = arc_bin(angle[i], arc)
         part = 0 if t[i] < 0.25 else 1 if t[i] < 0.75 else 2
         number[segment[i], part, one] += 1.0
         total[segment[i], part, one] += distance[i]

@@ -286,9 +286,15 @@ def along_arc(angle: float, arc: tuple[float, float]) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def arc_bin(angle: float, arc: tuple[float, float]) -> int:
+    """Which of the :data:`ARC_BINS` of the arc an angle is in."""
+    return min(int(along_arc(angle, arc) * ARC_BINS), ARC_BINS - 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def arc_bit(angle: float, arc: tuple[float, float]) -> int:
     """The bit of a coverage mask that stands for an angle."""
-    return np.uint64(1) << np.uint64(min(int(along_arc(angle, arc) * ARC_BINS), ARC_BINS - 1))  # type: ignore[return-value]
+    return np.uint64(1) << np.uint64(arc_bin(angle, arc))  # type: ignore[return-value]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

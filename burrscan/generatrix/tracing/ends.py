@@ -7,7 +7,7 @@ from numba import njit
 
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline, join
-from burrscan.generatrix.tracing.cells import ARC_BINS, along_arc
+from burrscan.generatrix.tracing.cells import ARC_BINS, arc_bin
 
 _LEAST = 0.35
 """Share of its neighbours' angular coverage that the end must have."""
@@ -116,6 +116,6 @@ def _reaches(
     for i in range(len(segment)):
         k = segment[i]
         if k >= 0:
-            one = min(int(along_arc(angle[i], arc) * ARC_BINS), ARC_BINS - 1)
+            one = arc_bin(angle[i], arc)
             least[k, one], most[k, one] = min(least[k, one], t[i]), max(most[k, one], t[i])
     return least, most
