@@ -145,9 +145,7 @@ def evidence_of(field: Field) -> Evidence:
     wrap = min(max(b for _, b in BOXES) // 2, columns) if field.closed else 0
     images = [np.ascontiguousarray(_wrapped(image, wrap)) for image in (field.count, field.score)]
     mean = float(field.count[field.count > 0].mean()) if field.count.any() else 1.0
-    best, inflation, shape, small = _match(
-        _integral(images[0]), _integral(images[1]), np.array(BOXES), _SMALL, mean
-    )
+    best, inflation, shape, small = _match(_integral(images[0]), _integral(images[1]), mean)
     inner = slice(wrap, wrap + columns)
     return Evidence(best[:, inner], inflation[:, inner], shape[:, inner], small[:, inner])
 
@@ -163,35 +161,23 @@ def _integral(image: Floats) -> Floats:
     return integral
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _keep_largest(
-    z: Floats, spread: float, number: int, best: Floats, inflation: Floats, shape: Ints32
-) -> None:
-    """Of each position of a row keep the box that stands out most."""
-    for j in range(len(z)):
-        if abs(z[j]) > abs(best[j]):
-            best[j], inflation[j], shape[j] = z[j], spread, number
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _match(
-    count: Floats, score: Floats, boxes: Ints32, small_one: int, mean: float
-) -> tuple[Floats, Floats, Ints32, Floats]:
+def _match(count: Floats, score: Floats, mean: float) -> tuple[Floats, Floats, Ints32, Floats]:
+    """Of each position the box that stands out most: its statistic, noise and number; and the small box's."""
     height, width = count.shape[0] - 1, count.shape[1] - 1
     best, inflation = np.zeros((height, width)), np.ones((height, width))
     shape, small = np.zeros((height, width), np.int32), np.zeros((height, width))
     statistic = np.empty((height, width))
-    for number in range(len(boxes)):
-        a, b = boxes[number]
+    for number, (a, b) in enumerate(BOXES):
         if a > height or b > width:
             continue
         _box_statistic(count, score, a, b, mean, statistic)
-        centre, spread = _row_cores(statistic)
-        for i in range(height):
-            z = np.where(statistic[i] == 0.0, 0.0, (statistic[i] - centre[i]) / spread[i])
-            if number == small_one:
-                small[i] = z
-            _keep_largest(z, spread[i], number, best[i], inflation[i], shape[i])
+        centre, spread = (one[:, None] for one in _row_cores(statistic))
+        z = np.where(statistic == 0.0, 0.0, (statistic - centre) / spread)
+        if number == _SMALL:
+            small = z
+        larger = np.abs(z) > np.abs(best)
+        best, shape = np.where(larger, z, best), np.where(larger, np.int32(number), shape)
+        inflation = np.where(larger, spread, inflation)
     return best, inflation, shape, small
 
 

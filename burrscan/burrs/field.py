@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
@@ -299,28 +300,15 @@ def _flattened(deviation: Floats, along: Floats, step_mm: float, rows: int, spre
     return np.asarray(deviation - level[parallel])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _levels(values: Floats, parallel: Ints32, count: int, near: float) -> Floats:
-    """Level of every parallel: the median where most of its values are not near 0, else 0. O(N)."""
-    every, off = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    for i in range(len(values)):
-        every[parallel[i]] += 1
-        off[parallel[i]] += abs(values[i]) > near
-    level = np.zeros(count)
+    """Level of every parallel: the median where most of its values are not near 0, else 0. O(N log N)."""
+    every = np.bincount(parallel, minlength=count)
+    off = np.bincount(parallel[np.abs(values) > near], minlength=count)
     bad = (2 * off > every) & (every >= _FEWEST_LEVELLED)
-    if not bad.any():
-        return level
-    begin = np.cumsum(np.where(bad, every, 0))
-    place = begin - np.where(bad, every, 0)
-    sorted_values = np.empty(begin[-1])
-    for i in range(len(values)):
-        k = parallel[i]
-        if bad[k]:
-            sorted_values[place[k]] = values[i]
-            place[k] += 1
-    for k in range(count):
-        if bad[k]:
-            level[k] = np.median(sorted_values[begin[k] - every[k] : begin[k]])
+    level = np.zeros(count)
+    if bad.any():
+        own = np.flatnonzero(bad[parallel])
+        level[bad] = ndimage.median(values[own], parallel[own], np.flatnonzero(bad))
     return level
 
 

@@ -151,7 +151,7 @@ def candidates(
     size = np.ceil((high - low) / side).astype(np.int64)
     index, place = _occupied(z, r, low, size, side)
     centres = low + (place + 0.5) * side
-    first, segments = _lists(centres, line.nodes_mm, line.starts, side, slack_mm, reach_mm)
+    first, segments = _lists(centres, *_unpacked(line.nodes_mm, line.starts), side, slack_mm, reach_mm)
     return Candidates(low, side, index, first, segments)
 
 
@@ -181,40 +181,41 @@ def _append_near(square: Floats, most: float, segments: Ints32, count: int) -> i
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lists(
-    centres: Floats, nodes: Floats, starts: Ints, side: float, slack: float, reach: float
+    centres: Floats,
+    a: Floats,
+    b: Floats,
+    dz: Floats,
+    dr: Floats,
+    inverse: Floats,
+    side: float,
+    slack: float,
+    reach: float,
 ) -> tuple[Ints, Ints32]:
     first = np.zeros(len(centres) + 1, np.int64)
-    segments = np.empty(8 * len(centres) + len(starts), np.int32)
-    square = np.empty(len(starts))
-    a, b, dz, dr, inverse = _unpacked(nodes, starts)
+    segments = np.empty(8 * len(centres) + len(a), np.int32)
+    square = np.empty(len(a))
     margin = 1.4143 * side + 2.0 * slack
     count = 0
     for i in range(len(centres)):
         least = np.inf
-        for k in range(len(starts)):
+        for k in range(len(a)):
             x, y = centres[i, 0] - a[k], centres[i, 1] - b[k]
             t = min(max((x * dz[k] + y * dr[k]) * inverse[k], 0.0), 1.0)
             square[k] = (x - t * dz[k]) ** 2 + (y - t * dr[k]) ** 2
             least = min(least, square[k])
         least = np.sqrt(least)
         if least <= reach + side:
-            if count + len(starts) > len(segments):
-                segments = np.concatenate((segments, np.empty(len(segments) + len(starts), np.int32)))
+            if count + len(a) > len(segments):
+                segments = np.concatenate((segments, np.empty(len(segments) + len(a), np.int32)))
             count = _append_near(square, (least + margin) ** 2, segments, count)
         first[i + 1] = count
     return first, segments[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _unpacked(nodes: Floats, starts: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Start (a, b), step (dz, dr) and inverse squared length of every segment."""
-    size = len(starts)
-    a, b, dz, dr, inverse = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    for k in range(size):
-        a[k], b[k] = nodes[starts[k], 0], nodes[starts[k], 1]
-        dz[k], dr[k] = nodes[starts[k] + 1, 0] - a[k], nodes[starts[k] + 1, 1] - b[k]
-        inverse[k] = 1.0 / (dz[k] * dz[k] + dr[k] * dr[k])
-    return a, b, dz, dr, inverse
+    (a, b), (dz, dr) = nodes[starts].T.copy(), (nodes[starts + 1] - nodes[starts]).T.copy()
+    return a, b, dz, dr, 1.0 / (dz * dz + dr * dr)
 
 
 @dataclass(frozen=True)
@@ -245,36 +246,35 @@ class Foot:
 
 def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm: float) -> Foot:
     """Nearest places; points that lie more than ``overshoot_mm`` beyond an open end have none. O(V)."""
+    begins, ends = _open_ends(line.nodes_mm, line.starts)
+    unpacked = _unpacked(line.nodes_mm, line.starts)
+    root = np.sqrt(unpacked[-1])
     return Foot(
         *_feet(
             z,
             r,
-            line.nodes_mm,
-            line.starts,
-            *_open_ends(line.nodes_mm, line.starts),
+            *unpacked,
+            root,
+            begins,
+            ends,
+            np.where(begins, -overshoot_mm * root, -np.inf),
+            np.where(ends, 1.0 + overshoot_mm * root, np.inf),
             near.low_mm,
             near.side_mm,
             near.index,
             near.first,
             near.segments,
-            overshoot_mm,
         )
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _open_ends(nodes: Floats, starts: Ints) -> tuple[Bools, Bools]:
     """Segments that begin, and segments that end, where their piece has an open end."""
-    count = len(starts)
-    begins, ends = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    first = 0
-    for k in range(count):
-        if k + 1 < count and starts[k + 1] == starts[k] + 1:
-            continue
-        a, b = starts[first], starts[k] + 1
-        is_open = nodes[a, 0] != nodes[b, 0] or nodes[a, 1] != nodes[b, 1]
-        begins[first], ends[k] = is_open, is_open
-        first = k + 1
+    begins, ends = np.zeros(len(starts), bool), np.zeros(len(starts), bool)
+    last = np.flatnonzero(np.diff(starts, append=-1) != 1)
+    first = np.concatenate([[0], last[:-1] + 1])
+    is_open = (nodes[starts[first]] != nodes[starts[last] + 1]).any(axis=1)
+    begins[first], ends[last] = is_open, is_open
     return begins, ends
 
 
@@ -282,24 +282,23 @@ def _open_ends(nodes: Floats, starts: Ints) -> tuple[Bools, Bools]:
 def _feet(
     z: Floats,
     r: Floats,
-    nodes: Floats,
-    starts: Ints,
+    a: Floats,
+    b: Floats,
+    dz: Floats,
+    dr: Floats,
+    inverse: Floats,
+    root: Floats,
     begins: Bools,
     ends: Bools,
+    earliest: Floats,
+    latest: Floats,
     low: Floats,
     side: float,
     index: Ints32,
     first: Ints,
     segments: Ints32,
-    overshoot: float,
 ) -> tuple[Ints32, Floats, Floats]:
     segment, place, signed = np.empty(len(z), np.int32), np.empty(len(z)), np.empty(len(z))
-    a, b, dz, dr, inverse = _unpacked(nodes, starts)
-    root = np.sqrt(inverse)
-    earliest, latest = (
-        np.where(begins, -overshoot * root, -np.inf),
-        np.where(ends, 1.0 + overshoot * root, np.inf),
-    )
     per, low_z, low_r = 1.0 / side, low[0], low[1]
     for i in range(len(z)):
         zi, ri = z[i], r[i]

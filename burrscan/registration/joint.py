@@ -26,7 +26,7 @@ from burrscan.generatrix.curve import fit_generatrix
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import exponential, placed, rigid
 from burrscan.registration.alignment import PosedSurface
-from burrscan.registration.joined.curve import curve_at, inverses, pieces_of
+from burrscan.registration.joined.curve import curve_at, inverses_of, pieces_of
 from burrscan.registration.joined.motion import axis_at
 from burrscan.registration.joined.points import UNKNOWNS, Rows, rows_of, sector_pulls
 from burrscan.registration.joined.robot import BASE, base_covariance, base_motion, robot_rows
@@ -324,7 +324,7 @@ def _step(
     about the axis a round part slides.
     """
     rows = _rows(state, points, sigma, robust=True)
-    inverse = inverses(rows, state.pieces.spacing)
+    inverse = inverses_of(rows, state.pieces.spacing)
     square, pull, offset, response = _eliminated(rows, inverse)
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
@@ -365,10 +365,10 @@ def _result(
     """What was found, with the covariance of the joint normal matrix."""
     count = len(views)
     rows = _rows(state, points, sigma, robust=False)
-    *_, response = _eliminated(rows, inverses(rows, state.pieces.spacing))
+    *_, response = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     wide = _widened(state, points, sigma, response) / _EFFICIENCY
     rows = [_scaled(row, 1.0 / factor) for row, factor in zip(rows, wide, strict=True)]
-    square, pull, *_ = _eliminated(rows, inverses(rows, state.pieces.spacing))
+    square, pull, *_ = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
     whole, _, seen = _system(state, points, square, pull, noise, robot, use_roll=use_roll)

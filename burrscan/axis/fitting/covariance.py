@@ -9,7 +9,16 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.correlation import Scores, widened
-from burrscan.axis.fitting.fit import TUKEY, Curve, Fit, curve_of, meridian, off_piece, piece_of
+from burrscan.axis.fitting.fit import (
+    TUKEY,
+    Curve,
+    Fit,
+    curve_of,
+    meridian,
+    off_piece,
+    piece_of,
+    symmetric,
+)
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.axis.jit import kernel
 
@@ -136,18 +145,11 @@ def _tally(
     return A
 
 
-def _full(upper: Floats) -> Floats:
-    """Symmetric 4×4 from its upper triangle."""
-    matrix = np.zeros((4, 4))
-    matrix[np.triu_indices(4)] = upper
-    return matrix + np.triu(matrix, 1).T
-
-
 def _spurious(slopes: Floats, spacing: float) -> Floats:
     """Information that the noise of the generatrix's slopes feigns, per unit variance of a point."""
     mean = slopes[:, 1:5] / np.maximum(slopes[:, :1], 1e-300)
     cross = np.einsum("kp,kq->pq", slopes[:, 6:10], mean)
-    total = _full(slopes[:, 10:20].sum(axis=0)) - cross - cross.T
+    total = symmetric(slopes[:, 10:20].sum(axis=0)) - cross - cross.T
     total += np.einsum("k,kp,kq->pq", slopes[:, 5], mean, mean)
     return np.asarray(total / spacing**2)
 
@@ -169,7 +171,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Axi
     told = _condensed(scores)
     variance = max(told.squares / max(told.freedom - 4.0, 1.0), 1e-300)
     spurious = variance * _spurious(slopes, fit.pieces.spacing)
-    return _composed(_full(A) - told.known, spurious, told, variance, fit.pieces)
+    return _composed(symmetric(A) - told.known, spurious, told, variance, fit.pieces)
 
 
 class _Told(NamedTuple):
@@ -199,45 +201,33 @@ class _Told(NamedTuple):
     freedom: float
 
 
-@kernel
 def _condensed(scores: Floats) -> _Told:
-    """Take the means along parallels off the scores.
+    """Take the means along parallels off the scores (K, BINS_ALONG, SECTORS, 11).
 
     The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
     alike all round (at edges) is no noise.
     """
-    known = np.zeros((4, 4))
-    squares, freedom = 0.0, 0.0
-    sums, shares = np.zeros((SECTORS, 4)), np.zeros((SECTORS, 4, 4))
-    lifts, weights = np.zeros((scores.shape[0], SECTORS, 4)), np.zeros(SECTORS)
-    for k in range(scores.shape[0]):
-        for u in range(BINS_ALONG):
-            total = scores[k, u].sum(axis=0)
-            if total[0] > 0.0:
-                squares += total[10] - total[1] * total[1] / total[0]
-                freedom += total[0] - 1.0
-                known += np.outer(total[2:6], total[2:6]) / total[0]
-                _add_centred(scores[k, u], total / total[0], sums, shares, lifts[k], weights)
-    return _Told(known, sums, shares, lifts, weights, squares, freedom)
-
-
-@kernel
-def _add_centred(
-    scores: Floats, mean: Floats, sums: Floats, shares: Floats, lifts: Floats, weights: Floats
-) -> None:
-    """Add Σ w (d - d̄) (J - J̄), Σ w (J - J̄) (J - J̄)ᵀ, Σ w (J - J̄) and Σ w of every sector of a parallel."""
-    for s in range(SECTORS):
-        row = scores[s]
-        if row[0] <= 0.0:
-            continue
-        weights[s] += row[0]
-        for p in range(4):
-            lifts[s, p] += row[2 + p] - row[0] * mean[2 + p]
-            off = row[6 + p] - mean[1] * row[2 + p]
-            sums[s, p] += off - mean[2 + p] * (row[1] - mean[1] * row[0])
-            for q in range(4):
-                lean = row[2 + q] / row[0] - mean[2 + q]
-                shares[s, p, q] += (row[2 + p] - row[0] * mean[2 + p]) * lean
+    total = scores.sum(axis=2)
+    weight = np.maximum(total[..., 0], 1e-300)
+    mean = total / weight[..., None]
+    seen = scores[..., 0] > 0.0
+    d, J = mean[:, :, None, 1], mean[:, :, None, 2:6]
+    lift = scores[..., 2:6] - scores[..., :1] * J
+    pull = (
+        scores[..., 6:10]
+        - d[..., None] * scores[..., 2:6]
+        - J * (scores[..., 1] - d * scores[..., 0])[..., None]
+    )
+    lean = lift / np.where(seen, scores[..., 0], 1.0)[..., None]
+    return _Told(
+        known=np.einsum("kup,kuq->pq", total[..., 2:6], mean[..., 2:6]),
+        sums=pull.sum(axis=(0, 1)),
+        shares=np.einsum("kusp,kusq->spq", lift, lean),
+        lifts=lift.sum(axis=1),
+        weights=scores[..., 0].sum(axis=(0, 1)),
+        squares=float((total[..., 10] - total[..., 1] * mean[..., 1]).sum()),
+        freedom=float((total[..., 0] - 1.0)[total[..., 0] > 0.0].sum()),
+    )
 
 
 def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces: Pieces) -> AxisCovariance:

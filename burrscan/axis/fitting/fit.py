@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from burrscan.arrays import Floats, Ints16, Ints32
+from burrscan.arrays import Bools, Floats, Ints16, Ints32
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.fitting.ridges import GATE, Pieces, find_pieces, meridian_bounds
 from burrscan.axis.jit import kernel
@@ -254,80 +255,52 @@ def _accumulate(
                 _add(sums[np.uint32(at[j])], w, t, d, J)
 
 
-@kernel
-def _solve(inverse: Floats, row: Floats, offset: Floats, response: Floats) -> None:
-    """Add a piece's offset (3,) and its response (3, 4) to the pose, from its inverse matrix and its sums."""
-    for i in range(3):
-        for j in range(3):
-            offset[i] += inverse[i, j] * row[5 + j]
-            for p in range(4):
-                response[i, p] += inverse[i, j] * row[8 + 4 * j + p]
+def inverses(moments: Floats, stiffness: float, some: Bools) -> Floats:
+    """(K, 3, 3) inverse of each piece's normal matrix of 1, t, t² with its prior; zero where not ``some``.
+
+    ``moments`` (K, 5) sums t⁰ to t⁴, ``some`` is (K,); ``stiffness`` is the prior's weight of slope and bend.
+    """
+    matrix = moments[:, [[0, 1, 2], [1, 2, 3], [2, 3, 4]]]
+    matrix[:, [1, 2], [1, 2]] += stiffness
+    matrix[:, range(3), range(3)] += 1e-9 * moments[:, :1]
+    inverse = np.zeros_like(matrix)
+    inverse[some] = np.linalg.inv(matrix[some])
+    return np.asarray(inverse)
 
 
-@kernel
 def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
-    count = sums.shape[0]
-    H, g = np.zeros((4, 4)), np.zeros(4)
-    offset, response, inverse = np.zeros((count, 3)), np.zeros((count, 3, 4)), np.zeros((count, 3, 3))
-    least = max(FEWEST, 0.025 * sums[:, 0].mean())
-    for k in range(count):
-        row = sums[k]
-        if row[0] < least:
-            continue
-        inverse[k] = _inverse(row, stiffness)
-        _solve(inverse[k], row, offset[k], response[k])
-        _add_eliminated(row, offset[k], response[k], H, g)
-    return H + np.triu(H, 1).T, g, offset, response, inverse
+    some = sums[:, 0] >= max(FEWEST, 0.025 * float(sums[:, 0].mean()))
+    sums = sums * some[:, None]
+    inverse = inverses(sums[:, :5], stiffness, some)
+    slopes = sums[:, 8:20].reshape(-1, 3, 4)
+    offset, response = np.einsum("kij,kj->ki", inverse, sums[:, 5:8]), inverse @ slopes
+    H = symmetric(sums[:, 20:30].sum(axis=0)) - np.einsum("kip,kiq->pq", slopes, response)
+    g = sums[:, 30:34].sum(axis=0) - np.einsum("kip,ki->p", slopes, offset)
+    return H, g, offset, response, inverse
 
 
-@kernel
-def _add_eliminated(row: Floats, offset: Floats, response: Floats, H: Floats, g: Floats) -> None:
-    """What a piece adds to the normal equations of the pose (upper triangle)."""
-    e = 20
-    for p in range(4):
-        g[p] += row[30 + p]
-        for i in range(3):
-            g[p] -= row[8 + 4 * i + p] * offset[i]
-        for q in range(p, 4):
-            H[p, q] += row[e]
-            e += 1
-            for i in range(3):
-                H[p, q] -= row[8 + 4 * i + p] * response[i, q]
+def symmetric(upper: Floats) -> Floats:
+    """(4, 4) matrix from the ten entries of its upper triangle, row by row."""
+    matrix = np.zeros((4, 4))
+    matrix[np.triu_indices(4)] = upper
+    return matrix + np.triu(matrix, 1).T
 
 
-@kernel
-def _inverse(row: Floats, stiffness: float) -> Floats:
-    """Inverse, by its adjugate, of a piece's normal matrix of 1, t, t² with its prior."""
-    little = row[0] * 1e-9
-    a, b, c = row[0] + little, row[1], row[2]
-    d, e, f = row[2] + stiffness + little, row[3], row[4] + stiffness + little
-    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
-    adjugate = np.array([[A, B, C], [B, a * f - c * c, b * c - a * e], [C, b * c - a * e, a * d - b * b]])
-    inverse: Floats = adjugate / (a * A + b * B + c * C)
-    return inverse
-
-
-@kernel
 def rotation_by(w: Floats) -> Floats:
-    """Rodrigues' rotation by the vector (wx, wy, 0)."""
-    angle = np.sqrt(w[0] * w[0] + w[1] * w[1])
-    K = np.array([[0.0, 0.0, w[1]], [0.0, 0.0, -w[0]], [-w[1], w[0], 0.0]])
-    rotation: Floats = np.eye(3) + K
-    if angle >= 1e-12:
-        rotation = np.eye(3) + np.sin(angle) / angle * K + (1 - np.cos(angle)) / angle**2 * (K @ K)
-    return rotation
+    """Rotation by the vector (wx, wy, 0)."""
+    return np.asarray(Rotation.from_rotvec([w[0], w[1], 0.0]).as_matrix())
 
 
-@kernel
 def median_sigma(histogram: Floats, top: float) -> float:
     """Robust standard deviation from a histogram of absolute values up to ``top``."""
-    half, below = 0.5 * histogram.sum(), 0.0
-    for k in range(len(histogram)):
-        if below + histogram[k] >= half > 0.0:
-            return float(top * (k + (half - below) / histogram[k]) / len(histogram) / MEDIAN_SIZE)
-        below += histogram[k]
-    return top
+    upto = np.cumsum(histogram)
+    half = 0.5 * float(upto[-1])
+    if half <= 0.0:
+        return top
+    k = int(np.searchsorted(upto, half))
+    share = 1.0 - (float(upto[k]) - half) / float(histogram[k])
+    return float(top * (k + share) / len(histogram) / MEDIAN_SIZE)
 
 
 def frame_of(direction: Floats) -> Floats:
@@ -403,46 +376,25 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     _accumulate(points, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma, top, sums, spread)
     stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
     step, size, offset, fit.response, fit.gram = _solved(sums, stiffness, freedom)
-    fit.coefficients, fit.frame, fit.place = _moved(
-        step, offset, fit.response, fit.coefficients, fit.frame, fit.place
-    )
+    fit.coefficients = fit.coefficients + offset + fit.response @ step
+    fit.frame, fit.place = _moved(step, fit.frame, fit.place)
     fit.sigma = max(median_sigma(spread, top), fit.least)
     fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
-    return float(size) / max(fit.sigma, fit.raw_sigma)
+    return size / max(fit.sigma, fit.raw_sigma)
 
 
-@kernel
 def _solved(sums: Floats, stiffness: float, freedom: float) -> tuple[Floats, float, Floats, Floats, Floats]:
     """Step of the pose and its length in units of sigma; each piece's offset, response, inverse matrix."""
     H, g, offset, response, inverse = _eliminated(sums, stiffness)
-    step = -np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), g)
-    square = 0.0
-    for p in range(4):
-        step[p] = freedom * min(max(step[p], -0.2), 0.2)
-    for p in range(4):
-        for q in range(4):
-            square += step[p] * H[p, q] * step[q]
-    return step, np.sqrt(max(square, 0.0)), offset, response, inverse
+    step = np.linalg.solve(H + (1e-12 * np.trace(H) + 1e-300) * np.eye(4), -g)
+    step = freedom * np.clip(step, -0.2, 0.2)
+    return step, float(np.sqrt(np.maximum(step @ H @ step, 0.0))), offset, response, inverse
 
 
-@kernel
-def _moved(
-    step: Floats, offset: Floats, response: Floats, coefficients: Floats, frame: Floats, place: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Coefficients, frame and place after a step."""
-    fresh = coefficients + offset
-    for k in range(len(fresh)):
-        for i in range(3):
-            for p in range(4):
-                fresh[k, i] += response[k, i, p] * step[p]
-    turn = rotation_by(step)
-    turned, moved = np.zeros((3, 3)), place.copy()
-    for i in range(3):
-        for j in range(3):
-            for e in range(3):
-                turned[i, j] += frame[i, e] * turn[j, e]
-        moved[i] -= turned[i, 0] * step[2] + turned[i, 1] * step[3]
-    return fresh, turned, moved
+def _moved(step: Floats, frame: Floats, place: Floats) -> tuple[Floats, Floats]:
+    """Frame and place after a step."""
+    frame = frame @ rotation_by(step).T
+    return frame, place - frame[:, :2] @ step[2:]
 
 
 def curve_of(fit: Fit) -> Curve:

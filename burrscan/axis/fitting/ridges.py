@@ -122,45 +122,29 @@ def _blurred(field: Floats, kernel: Floats) -> Floats:
     return twice
 
 
-@kernel
 def _ridge_cells(field: Floats, cell: float, least: float) -> Floats:
     """Cells whose density is greatest across the local normal: rows (z, r, nz, nr, density, flatness)."""
-    rows, columns = field.shape[0], field.shape[1]
-    found = np.empty((rows * columns, 6))
-    count = 0
-    for j in range(1, rows - 1):
-        for k in range(1, columns - 1):
-            n = field[j, k, 0]
-            if n < least:
-                continue
-            mz, mr = field[j, k, 1] / n, field[j, k, 2] / n
-            zz = field[j, k, 3] / n - mz * mz
-            zr = field[j, k, 4] / n - mz * mr
-            rr = field[j, k, 5] / n - mr * mr
-            half = 0.5 * (zz - rr)
-            root = np.sqrt(half * half + zr * zr)
-            turn = 0.5 * np.arctan2(zr, half)  # of the major axis: the tangent
-            nz, nr = -np.sin(turn), np.cos(turn)
-            mid = 0.5 * (zz + rr)
-            flat = (mid - root) / (mid + root + 1e-300)
-            # against the two neighbours the normal points to, bilinear between cells
-            sj, sk = (1 if nz > 0 else -1), (1 if nr > 0 else -1)
-            wz, wr = abs(nz), abs(nr)
-            if wr >= wz:
-                q = wz / wr
-                ahead = (1 - q) * field[j, k + sk, 0] + q * field[j + sj, k + sk, 0]
-                behind = (1 - q) * field[j, k - sk, 0] + q * field[j - sj, k - sk, 0]
-            else:
-                q = wr / wz
-                ahead = (1 - q) * field[j + sj, k, 0] + q * field[j + sj, k + sk, 0]
-                behind = (1 - q) * field[j - sj, k, 0] + q * field[j - sj, k - sk, 0]
-            if n < ahead or n < behind:
-                continue
-            z, r = (j + 0.5) * cell, (k + 0.5) * cell
-            shift = nz * (mz - z) + nr * (mr - r)
-            found[count] = np.array([z + nz * shift, r + nr * shift, nz, nr, n, flat])
-            count += 1
-    return found[:count]
+    density = field[:, :, 0]
+    j, k = (index + 1 for index in np.nonzero(density[1:-1, 1:-1] >= least))
+    n = density[j, k]
+    mz, mr, zz, zr, rr = (field[j, k, 1:] / n[:, None]).T
+    zz, zr, rr = zz - mz * mz, zr - mz * mr, rr - mr * mr
+    half, mid = 0.5 * (zz - rr), 0.5 * (zz + rr)
+    root = np.sqrt(half * half + zr * zr)
+    turn = 0.5 * np.arctan2(zr, half)  # of the major axis: the tangent
+    nz, nr = -np.sin(turn), np.cos(turn)
+    # against the two neighbours the normal points to, bilinear between cells
+    sj, sk = np.where(nz > 0.0, 1, -1), np.where(nr > 0.0, 1, -1)
+    wz, wr = np.abs(nz), np.abs(nr)
+    q = np.minimum(wz, wr) / np.maximum(wz, wr)
+    ej, ek = np.where(wr >= wz, 0, sj), np.where(wr >= wz, sk, 0)
+    ahead = (1.0 - q) * density[j + ej, k + ek] + q * density[j + sj, k + sk]
+    behind = (1.0 - q) * density[j - ej, k - ek] + q * density[j - sj, k - sk]
+    z, r = (j + 0.5) * cell, (k + 0.5) * cell
+    shift = nz * (mz - z) + nr * (mr - r)
+    flat = (mid - root) / (mid + root + 1e-300)
+    rows = np.stack([z + nz * shift, r + nr * shift, nz, nr, n, flat], axis=1)
+    return np.asarray(rows[(n >= ahead) & (n >= behind)])
 
 
 @kernel

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.jit import kernel, summing
+from burrscan.axis.basis import perpendicular_basis
+from burrscan.axis.jit import summing
 from burrscan.axis.points.surfels import Surfels
 
 WIDTH = 0.08
@@ -26,20 +27,12 @@ def hemisphere(count: int) -> Floats:
     return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
 
 
-@kernel
-def _basis(a: Floats) -> Floats:
-    """(2, 3) two unit vectors perpendicular to ``a``."""
-    start = np.zeros(3)
-    start[np.argmin(np.abs(a))] = 1.0
-    u = np.cross(start, a)
-    u /= np.sqrt(np.dot(u, u))
-    return np.stack((u, np.cross(a, u)))
-
-
 @summing
-def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) -> Floats:
-    """The point nearest, in least absolute deviations, to the lines of the normals seen along ``a``."""
-    uv = _basis(a)
+def _point_on_axis(points: Floats, normals: Floats, weights: Floats, uv: Floats) -> tuple[float, float]:
+    """The point nearest, in least absolute deviations, to the lines of the normals seen along an axis.
+
+    ``uv`` (2, 3) are two unit vectors perpendicular to the axis; so are the coordinates.
+    """
     u0, u1, u2, v0, v1, v2 = uv[0, 0], uv[0, 1], uv[0, 2], uv[1, 0], uv[1, 1], uv[1, 2]
     nus, nvs, levers = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
     for i in range(len(points)):
@@ -61,8 +54,7 @@ def _point_on_axis(points: Floats, normals: Floats, weights: Floats, a: Floats) 
             bv += w * nu * b
         det = suu * svv - suv * suv
         cu, cv = (svv * bu - suv * bv) / det, (suu * bv - suv * bu) / det
-    point: Floats = cu * uv[0] + cv * uv[1]
-    return point
+    return cu, cv
 
 
 @summing
@@ -116,7 +108,6 @@ def _normal_equations(
     return H, g
 
 
-@kernel
 def descend(
     points: Floats, normals: Floats, weights: Floats, a: Floats, c: Floats, width: float, rounds: int
 ) -> tuple[Floats, Floats, float]:
@@ -124,17 +115,15 @@ def descend(
     cost = angle_cost(points, normals, weights, a, c, width)
     damping = 1e-3
     for _ in range(rounds):
-        uv = _basis(a)
+        uv = perpendicular_basis(a).T.copy()
         H, g = _normal_equations(points, normals, weights, a, c, uv, width)
-        for j in range(4):
-            H[j, j] += damping * H[j, j] + 1e-12
-        step = -np.linalg.solve(H, g)
-        b = a + step[0] * uv[0] + step[1] * uv[1]
-        b /= np.sqrt(np.dot(b, b))
-        d = c + step[2] * uv[0] + step[3] * uv[1]
-        d = d - np.dot(d, b) * b
+        step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-12), g)
+        b = a + step[:2] @ uv
+        b /= np.sqrt(b @ b)
+        d = c + step[2:] @ uv
+        d -= (d @ b) * b
         fresh = angle_cost(points, normals, weights, b, d, width)
-        if fresh < cost and np.dot(d, d) < FARTHEST * FARTHEST:
+        if fresh < cost and d @ d < FARTHEST * FARTHEST:
             settled = cost - fresh < 1e-5 * cost
             a, c, cost, damping = b, d, fresh, damping * 0.1
             if settled:
@@ -146,19 +135,15 @@ def descend(
     return a, c, cost
 
 
-@kernel
-def _grid(
-    points: Floats, normals: Floats, weights: Floats, directions: Floats, width: float
-) -> tuple[Floats, Floats]:
-    places = np.empty_like(directions)
-    costs = np.empty(directions.shape[0])
-    for k in range(directions.shape[0]):
-        places[k] = _point_on_axis(points, normals, weights, directions[k])
-        if np.dot(places[k], places[k]) < FARTHEST * FARTHEST:
-            costs[k] = angle_cost(points, normals, weights, directions[k], places[k], width)
-        else:
-            costs[k] = np.inf
-    return places, costs
+def _placed(
+    points: Floats, normals: Floats, weights: Floats, direction: Floats, width: float
+) -> tuple[Floats, float]:
+    """Where an axis of a direction lies, and its cost; infinite where that is too far off."""
+    uv = perpendicular_basis(direction).T.copy()
+    place = np.asarray(_point_on_axis(points, normals, weights, uv)) @ uv
+    if not place @ place < FARTHEST * FARTHEST:
+        return place, np.inf
+    return place, angle_cost(points, normals, weights, direction, place, width)
 
 
 def candidate_axes(
@@ -169,7 +154,7 @@ def candidate_axes(
     few = max(1, len(w) // 400)
     sparse = p[::few].copy(), n[::few].copy(), w[::few].copy()
     directions = np.concatenate([np.eye(3), hemisphere(grid)])  # a long part's axis is nearly a principal one
-    places, costs = _grid(*sparse, directions, 2.0 * WIDTH)
+    places, costs = zip(*(_placed(*sparse, direction, 2.0 * WIDTH) for direction in directions), strict=True)
     order = [k for k in np.argsort(costs, kind="stable")[:descents] if np.isfinite(costs[k])]
     order += [k for k in range(3) if k not in order and np.isfinite(costs[k])]
     found = [descend(*sparse, directions[k], places[k], 2.0 * WIDTH, 10) for k in order]

@@ -256,22 +256,17 @@ def _fitted(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
     """Inverse of the normal matrix of the free parameters; the width is known to a vertex spacing at worst.
 
     So is the position, evenly: a ridge that one row of vertices shows lies within half a spacing of it.
     """
-    which = np.flatnonzero(free)
-    normal = normal + np.diag(np.array([0.0, 12.0 * spacing**-2, 0.0, spacing**-2, 1.0]))
-    some = normal[which][:, which]
-    scale = np.sqrt(np.maximum(np.diag(some), 1e-300))
+    some = np.ix_(free, free)
+    normal = (normal + np.diag([0.0, 12.0 * spacing**-2, 0.0, spacing**-2, 1.0]))[some]
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     product = np.outer(scale, scale)
-    inverse = np.linalg.pinv(np.ascontiguousarray(some / product)) / product
     covariance = np.zeros((5, 5))
-    for j in range(len(which)):
-        for k in range(len(which)):
-            covariance[which[j], which[k]] = inverse[j, k]
+    covariance[some] = np.linalg.pinv(normal / product) / product
     return covariance
 
 
@@ -309,23 +304,15 @@ def _equations(
     return chi2, gradient, normal
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _damped(gradient: Floats, normal: Floats, free: Bools, damping: float) -> tuple[Floats, Floats]:
-    """Matrix and right side of a damped step of the free parameters (Marquardt); the others stay."""
-    system = np.eye(5)
-    right = np.zeros(5)
-    for j in range(5):
-        if not free[j]:
-            continue
-        right[j] = gradient[j]
-        for k in range(5):
-            if free[k]:
-                system[j, k] = normal[j, k]
-        system[j, j] = normal[j, j] * (1.0 + damping) + 1e-12 * (normal[0, 0] + 1e-300)
-    return system, right
+def _damped(gradient: Floats, normal: Floats, free: Bools, damping: float) -> Floats:
+    """(5,) damped step of the free parameters (Marquardt); the others stay."""
+    system = normal[np.ix_(free, free)]
+    system[np.diag_indices(len(system))] += damping * np.diag(system) + 1e-12 * (normal[0, 0] + 1e-300)
+    step = np.zeros(len(free))
+    step[free] = np.linalg.solve(system, gradient[free])
+    return step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _descend(
     u: Floats,
     v: Floats,
@@ -340,8 +327,7 @@ def _descend(
     damping = 1e-3
     chi2, gradient, normal = _equations(u, v, lift, sigma, p, power, footprint)
     for _ in range(_STEPS):
-        system, right = _damped(gradient, normal, free, damping)
-        trial = p + np.linalg.solve(system, right)
+        trial = p + _damped(gradient, normal, free, damping)
         trial[3] = max(trial[3], narrowest)
         trial[4] = min(max(trial[4], -0.8), 0.8)
         outcome, next_gradient, next_normal = _equations(u, v, lift, sigma, trial, power, footprint)

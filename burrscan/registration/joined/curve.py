@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.fitting.fit import BEND, FEWEST, Curve
+from burrscan.axis.fitting.fit import BEND, FEWEST, Curve, inverses
 from burrscan.axis.fitting.ridges import Pieces, find_pieces
 from burrscan.pose import placed
 from burrscan.registration.joined.points import Rows
@@ -49,13 +49,7 @@ def curve_at(pieces: Pieces, coefficients: Floats) -> Curve:
     )
 
 
-def inverses(rows: Sequence[Rows], spacing_mm: float) -> Floats:
+def inverses_of(rows: Sequence[Rows], spacing_mm: float) -> Floats:
     """(K, 3, 3) inverse of every piece's normal matrix over all views; zero where no view has points."""
-    m = np.sum([row.moments for row in rows], axis=0)
-    matrix = m[:, [[0, 1, 2], [1, 2, 3], [2, 3, 4]]]
-    some = m[:, 0] > 0.0
-    stiffness = (BEND * spacing_mm) ** -2.0
-    matrix[:, [1, 2], [1, 2]] += stiffness
-    inverse = np.zeros_like(matrix)
-    inverse[some] = np.linalg.inv(matrix[some])
-    return np.asarray(inverse)
+    moments = np.sum([row.moments for row in rows], axis=0)
+    return inverses(moments, (BEND * spacing_mm) ** -2.0, moments[:, 0] > 0.0)

@@ -7,7 +7,7 @@ from bench.synthetic.axis_bound import cramer_rao_deg
 from bench.synthetic.axis_table import within_95
 from bench.synthetic.revolution import revolution_scan
 from burrscan.axis import find_axis
-from burrscan.axis.fitting.covariance import _add_centred, _tally
+from burrscan.axis.fitting.covariance import _condensed, _tally
 from burrscan.axis.fitting.fit import curve_of, meridian, off_piece, piece_of, refine
 
 
@@ -28,10 +28,7 @@ def test_scores_of_a_sector_are_about_the_means_of_the_parallel() -> None:
     scores = np.zeros((64, 11))
     rows = np.column_stack([w, w * d, w[:, None] * J, (w * d)[:, None] * J, w * d * d])
     np.add.at(scores, sector, rows)
-    total = scores.sum(axis=0)
-    sums, shares = np.zeros((64, 4)), np.zeros((64, 4, 4))
-    lifts, weights = np.zeros((64, 4)), np.zeros(64)
-    _add_centred(scores, total / total[0], sums, shares, lifts, weights)
+    told = _condensed(scores[None, None])
     off, lean = d - np.average(d, weights=w), J - np.average(J, axis=0, weights=w)
     expected, squares = np.zeros((64, 4)), np.zeros((64, 4, 4))
     np.add.at(expected, sector, (w * off)[:, None] * lean)
@@ -42,10 +39,14 @@ def test_scores_of_a_sector_are_about_the_means_of_the_parallel() -> None:
         squares[s] = w[mine].sum() * np.outer(mean, mean)
     lifted = np.zeros((64, 4))
     np.add.at(lifted, sector, w[:, None] * lean)
-    np.testing.assert_allclose(lifts, lifted, atol=1e-12)
-    np.testing.assert_allclose(weights, np.bincount(sector, w, 64), atol=1e-12)
-    np.testing.assert_allclose(sums, expected, atol=1e-12)
-    np.testing.assert_allclose(shares, squares, atol=1e-12)
+    np.testing.assert_allclose(told.lifts[0], lifted, atol=1e-12)
+    np.testing.assert_allclose(told.weights, np.bincount(sector, w, 64), atol=1e-12)
+    np.testing.assert_allclose(told.sums, expected, atol=1e-12)
+    np.testing.assert_allclose(told.shares, squares, atol=1e-12)
+    mean = np.average(J, axis=0, weights=w)
+    np.testing.assert_allclose(told.known, w.sum() * np.outer(mean, mean), rtol=1e-12)
+    assert told.squares == pytest.approx((w * off**2).sum())
+    assert told.freedom == pytest.approx(w.sum() - 1.0)
 
 
 def test_the_slopes_variance_is_that_of_the_derivative_of_the_piece() -> None:
