@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ def burrs_residual(
     false_calls_per_wheel: float = 1e-6,
     sight: Sight | None = None,
     widest_mm: float = 3.0,
+    several_views: bool = False,
 ) -> tuple[Burr, ...]:
     """Find every anomaly that noise would not show.
 
@@ -65,6 +67,9 @@ def burrs_residual(
         :mod:`burrscan.burrs.light.disturbed`.
     widest_mm
         Width of the widest burr that the light is asked for.
+    several_views
+        Other views will confirm or deny what this one shows. So it also calls what may be an edge of
+        brightness (a scratch, say), which one view alone leaves out: :mod:`burrscan.burrs.light.flat`.
 
     Returns
     -------
@@ -81,15 +86,19 @@ def burrs_residual(
     certain = _certain(field, found, axis, false_calls_per_wheel)
     seen: list[Burr] = []
     if sight is not None:
-        surface, looks, places = disturbed(sight, axis, generatrix, widest_mm=widest_mm)
+        surface, looks, places = disturbed(
+            sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
+        )
         share = mirrored_share(looks, surface)
         certain = [
             one._replace(burr=_less_sure(one.burr, share * one.burr.height_mm.value)) for one in certain
         ]
         certain, dark = _told_by_light(certain, places, surface)
-        certain = [one for one in certain if not is_an_edge(one.burr, looks, surface, axis, by_depth=True)]
-        told = [called(place, surface, axis) for place in dark]
-        seen = [one for one in told if not is_an_edge(one, looks, surface, axis, by_depth=False)]
+        seen = [called(place, surface, axis) for place in dark]
+        if not several_views:
+            edge = partial(is_an_edge, looks=looks, surface=surface, axis=axis)
+            certain = [one for one in certain if not edge(one.burr, by_depth=True)]
+            seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = sorted([*(certain[i].burr for i in kept), *seen], key=lambda burr: -burr.significance)
     return tuple(judged(burr, limit_mm) for burr in burrs)

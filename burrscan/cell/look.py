@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from burrscan.arrays import Floats, freeze
-from burrscan.pipeline import Outcome
+from burrscan.pipeline import Outcome, Pipeline, Stage
 
 
 @dataclass(frozen=True)
@@ -32,3 +32,17 @@ class Look:
 
     def __post_init__(self) -> None:
         freeze(self, T_plate_camera=self.T_plate_camera)
+
+
+def of_several(pipeline: Pipeline | None) -> Pipeline:
+    """The pipeline for one of several looks: the default finder leaves what one look cannot tell to them all.
+
+    One look drops what may be a scratch, and with it thin burrs; here other looks confirm or deny it
+    (:mod:`burrscan.cell.evidence`), or it is known to be a burr. A finder that is not the default, or that
+    is told ``several_views``, is taken as it is.
+    """
+    pipeline = pipeline or Pipeline()
+    burrs = pipeline.burrs
+    if burrs.method != Pipeline().burrs.method or "several_views" in burrs.parameters:
+        return pipeline
+    return replace(pipeline, burrs=Stage(burrs.method, {**burrs.parameters, "several_views": True}))

@@ -11,7 +11,7 @@ from burrscan.arrays import Bools, Floats
 from burrscan.cell.belief import shifted
 from burrscan.cell.choices import Arm, Choice, all_choices, arm_poses, outlooks, stand_of
 from burrscan.cell.fusion import Fused, fused
-from burrscan.cell.look import Look
+from burrscan.cell.look import Look, of_several
 from burrscan.cell.planners import METHODS
 from burrscan.cell.planners.known import Known
 from burrscan.cell.positioner import OutOfReachError
@@ -105,7 +105,7 @@ def look_around(
             burrs=burrs, rng=rng,
             chart=after.chart if after else None, belief=after.belief if after else None, arms=arms,
         )  # fmt: skip
-        looks.append(_look(station, plan(known), choices, poses, pipeline or Pipeline()))
+        looks.append(_look(station, plan(known), choices, poses, of_several(pipeline)))
         if all(look.outcome is None for look in looks):
             continue
         after = fused(looks, station.scanner.rig, prior=prior, burrs=burrs)

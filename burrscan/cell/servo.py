@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats, freeze
+from burrscan.cell.look import of_several
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.sightings import Sighting, place_now, place_to_go
 from burrscan.cell.station import Station, turned
@@ -275,7 +276,7 @@ def move_tool(
 def _look(station: Station, pipeline: Pipeline | None) -> tuple[Outcome | None, str]:
     """What the scanner sees, or why there is no surface of revolution in it."""
     try:
-        return run(station.scanner, pipeline or Pipeline()), ""
+        return run(station.scanner, of_several(pipeline)), ""
     except InputError as error:
         return None, str(error)
 

@@ -109,7 +109,7 @@ class Place:
 
 
 def disturbed(
-    sight: Sight, axis: Axis, generatrix: Generatrix, *, widest_mm: float
+    sight: Sight, axis: Axis, generatrix: Generatrix, *, widest_mm: float, scratches: bool = False
 ) -> tuple[Unrolled, Looks, list[Place]]:
     """Every disturbed place of what camera and projector both see, largest first.
 
@@ -121,6 +121,8 @@ def disturbed(
         The fitted surface.
     widest_mm
         Width of the widest burr that is looked for.
+    scratches
+        Whether places that wander flat over pixels, as scratches do, are told as well.
 
     Notes
     -----
@@ -145,7 +147,9 @@ def disturbed(
     found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
     places = [
-        _place(cells, hole, deviation, rest) for cells in found if not _scratched(cells, looks, surface)
+        _place(cells, hole, deviation, rest)
+        for cells in found
+        if scratches or not _scratched(cells, looks, surface)
     ]
     told = [
         replace(one, told=told_of(one.cells, looks, surface, widest_mm=widest_mm))

@@ -212,3 +212,17 @@ def test_a_burr_on_a_face_is_not_judged() -> None:
     assert not is_an_edge(
         replace(burr, T_mesh_burr=pose), strip.looks, strip.surface, strip.axis, by_depth=True
     )
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_one_look_drops_a_scratch_and_one_of_several_tells_it(*, several: bool) -> None:
+    """A line two pixels wide, askew: depths to either side of it are off to either side."""
+    scene = Scene()
+    across = scene.around - 0.3 * scene.along
+    on = scene.on & (np.abs(across) < 0.75) & (np.abs(scene.along) < 20.0)
+    scene.log_light[on] += np.log(4.0)
+    scene.lift_mm[on] += 0.6 * np.sign(across[on])
+    _, _, places = disturbed(
+        scene.sight(), scene.axis, scene.generatrix, widest_mm=WIDEST_MM, scratches=several
+    )
+    assert len(places) == several
