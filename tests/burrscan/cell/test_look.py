@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from burrscan.burrs import burrs_residual
@@ -18,7 +20,7 @@ def test_the_default_finder_is_told_that_other_looks_decide() -> None:
         told = of_several(pipeline)
         given = (pipeline or Pipeline()).burrs.parameters
         assert told.burrs.parameters == {**given, "several_views": True}
-        finder = stage_function(told.burrs, "burrs")
+        finder: Any = stage_function(told.burrs, "burrs")
         assert finder.func is burrs_residual
         assert finder.keywords["several_views"] is True
 
