@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bench.checks.zoomed import DRUM, GROOVED, Compared, Zoom, compare
+from bench.checks.zoomed import DRUM, GROOVED, Compared, Rendered, Zoom, compare
 from burrscan.arrays import Bools, Floats
 from burrscan.robust import SIGMA_PER_MEDIAN
 from scenes.finish import FinishSpec, Metal
@@ -55,7 +55,7 @@ def main() -> None:
     print("scene                      pixels  white, %      shift, px    reference, %  spread  neighbours")
     for number in range(given.scenes):
         name, zoom = _drawn(rng, number)
-        compared = compare(mi, zoom, stripes_px=_STRIPES_PX)
+        compared = compare(Rendered(mi, zoom), stripes_px=_STRIPES_PX)
         every.append(_errors(compared))
         _print(name, every[-1])
     _print("all", _Errors(*(np.concatenate(parts) for parts in zip(*every, strict=True))))

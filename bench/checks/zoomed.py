@@ -72,6 +72,15 @@ ZOOMS = {
 
 
 @dataclass(frozen=True)
+class Reference:
+    """Stock Mitsuba's white image of a scene: direct light, mean of the interreflected and its variance."""
+
+    direct: Floats
+    mean: Floats
+    variance: Floats
+
+
+@dataclass(frozen=True)
 class Compared:
     """A scene traced and rendered: our transport, and the reference of the interreflected light.
 
@@ -115,15 +124,8 @@ def optics_on(point_mm: Floats, *, shape: tuple[int, int], scale: float) -> Opti
     return Optics(replace(rig, camera=cut), spec.standoff_mm)
 
 
-def compare(
-    mi: Any,
-    zoom: Zoom,
-    *,
-    shape: tuple[int, int] = (40, 48),
-    scale: float = 1.0,
-    stripes_px: float | None = None,
-) -> Compared:
-    """Trace a zoomed scene, and render it by stock Mitsuba with and without interreflections.
+class Rendered:
+    """A zoomed scene, ready to be traced and to be rendered by stock Mitsuba.
 
     Parameters
     ----------
@@ -135,43 +137,68 @@ def compare(
         Rows and columns of the camera.
     scale
         Of the rig.
-    stripes_px
-        Period of the stripes that are compared too, in three steps; None for white alone.
 
     """
-    wheel = build_wheel(zoom.wheel, [zoom.burr])
-    pose = PoseSpec(elevation_deg=zoom.elevation_deg, roll_deg=zoom.roll_deg)
-    T = pose.T_camera_part(standoff_mm=600.0, middle_z_mm=0.0)
-    crest = wheel.burrs[0].ridge_mm
-    point = np.array(zoom.at_mm) if zoom.at_mm else crest[len(crest) // 2]
-    optics = optics_on(T[:3, :3] @ point + T[:3, 3], shape=shape, scale=scale)
-    mesh = wheel_mesh(mi, wheel, T, finish_bsdf(zoom.finish, channels="mono"))
-    white = np.ones((1, *optics.rig.projector.shape), np.float32)
 
-    def runs(light: Floats32, bounces: int, *, samples: int = SAMPLES) -> Floats:
+    def __init__(self, mi: Any, zoom: Zoom, *, shape: tuple[int, int] = (40, 48), scale: float = 1.0) -> None:
+        wheel = build_wheel(zoom.wheel, [zoom.burr])
+        pose = PoseSpec(elevation_deg=zoom.elevation_deg, roll_deg=zoom.roll_deg)
+        T = pose.T_camera_part(standoff_mm=600.0, middle_z_mm=0.0)
+        crest = wheel.burrs[0].ridge_mm
+        point = np.array(zoom.at_mm) if zoom.at_mm else crest[len(crest) // 2]
+        self.optics = optics_on(T[:3, :3] @ point + T[:3, 3], shape=shape, scale=scale)
+        self._mi, self._mesh = mi, wheel_mesh(mi, wheel, T, finish_bsdf(zoom.finish, channels="mono"))
+        self._bare = mi.load_dict({"type": "scene", "wheel": self._mesh})
+
+    def traced(self, seed: int = 0) -> LightTransport:
+        """Our transport."""
+        return trace(self._mi, self._bare, self.optics, seed=seed)
+
+    def reference(self) -> Reference:
+        """Stock Mitsuba's light, with and without interreflections."""
+        white = np.ones((1, *self.optics.rig.projector.shape), np.float32)
+        (whole,), (direct,) = self.stock(white, 3), self.stock(white, 1, samples=DIRECT_SAMPLES)
+        return Reference(
+            direct.mean(axis=0),
+            whole.mean(axis=0) - direct.mean(axis=0),
+            (whole.var(axis=0, ddof=1) + direct.var(axis=0, ddof=1)) / RUNS,
+        )
+
+    def stock(self, light: Floats32, bounces: int, *, samples: int = SAMPLES) -> Floats:
+        """(frames, runs, h, w) images by stock Mitsuba under (frames, H, W) patterns."""
         seeds = range(1000, 1000 + RUNS)
         images = [
-            stock_images(mi, mesh, optics, frame, samples=samples, bounces=bounces, seeds=seeds)
+            stock_images(
+                self._mi, self._mesh, self.optics, frame, samples=samples, bounces=bounces, seeds=seeds
+            )
             for frame in light
         ]
         return np.stack(images).astype(float)
 
-    bare = mi.load_dict({"type": "scene", "wheel": mesh})
-    traced, other = trace(mi, bare, optics), trace(mi, bare, optics, seed=1)
-    (whole,), (direct,) = runs(white, 3), runs(white, 1, samples=DIRECT_SAMPLES)
-    shift = np.full(shape, np.nan)
+
+def compare(
+    rendered: Rendered, *, known: Reference | None = None, stripes_px: float | None = None
+) -> Compared:
+    """Trace a zoomed scene, and hold it against stock Mitsuba.
+
+    Parameters
+    ----------
+    rendered
+        The scene.
+    known
+        Its reference, where it was rendered before.
+    stripes_px
+        Period of the stripes that are compared too, in three steps; None for white alone.
+
+    """
+    known = known or rendered.reference()
+    traced, other = rendered.traced(), rendered.traced(seed=1)
+    shift = np.full(known.mean.shape, np.nan)
     if stripes_px is not None:
-        stripes = _stripes(optics, stripes_px)
-        angle = np.angle(_phasor(traced.relight(stripes)) * np.conj(_phasor(runs(stripes, 3).mean(axis=1))))
-        shift = angle * stripes_px / (2.0 * np.pi)
-    return Compared(
-        light=traced,
-        other=other,
-        mean=whole.mean(axis=0) - direct.mean(axis=0),
-        variance=(whole.var(axis=0, ddof=1) + direct.var(axis=0, ddof=1)) / RUNS,
-        direct=direct.mean(axis=0),
-        shift_px=shift,
-    )
+        stripes = _stripes(rendered.optics, stripes_px)
+        ours, stock = _phasor(traced.relight(stripes)), _phasor(rendered.stock(stripes, 3).mean(axis=1))
+        shift = np.angle(ours * np.conj(stock)) * stripes_px / (2.0 * np.pi)
+    return Compared(traced, other, known.mean, known.variance, known.direct, shift)
 
 
 def _stripes(optics: Optics, period_px: float) -> Floats32:

@@ -217,7 +217,9 @@ def fit_circles(
             mean += d
             capped += min(d, tolerance)
         n = x.shape[0]
-        circles[plane] = np.array([a, b, points[bag, 2].mean(), r, mean / n, capped / n, n, rejected])
+        circles[plane, 0], circles[plane, 1], circles[plane, 2] = a, b, points[bag, 2].mean()
+        circles[plane, 3], circles[plane, 4], circles[plane, 5] = r, mean / n, capped / n
+        circles[plane, 6], circles[plane, 7] = n, rejected
     return circles
 
 

@@ -8,7 +8,6 @@ the other side's curve, which is no nick. Their faces look the other way.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -63,8 +62,7 @@ def of_another_surface(part_mm: Floats, faces: Ints32, normal: Floats, distance_
 
 def _wound(part_mm: Floats, faces: Ints32, normal: Floats, known: Bools) -> bool:
     """Whether the faces, or some of them evenly chosen, look out."""
-    few = np.ascontiguousarray(faces[:: max(len(faces) // _ASKED, 1)])  # else the kernel is compiled twice
-    cosine = _cosines(part_mm, few, normal)
+    cosine = _cosines(part_mm, faces[:: max(len(faces) // _ASKED, 1)], normal)
     told = known & np.isfinite(cosine)
     return bool(told.any() and np.mean(cosine[told] > 0.0) >= _WOUND)
 
@@ -79,28 +77,20 @@ def _hanging(faces: Ints32, off: Bools, back: Bools) -> Bools:
     return np.asarray(off & (looking >= _HANGING * size)[piece])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _cosines(vertices: Floats, faces: Ints32, normal: Floats) -> Floats:
     """Between the surface's normal at each vertex and its curve's, NaN where there is none."""
-    own = np.zeros((len(vertices), 3))
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        p, q = vertices[b] - vertices[a], vertices[c] - vertices[a]
-        x, y, z = p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
-        if np.isfinite(x + y + z):
-            for corner in (a, b, c):
-                own[corner, 0] += x
-                own[corner, 1] += y
-                own[corner, 2] += z
-    wide = np.zeros((len(vertices), 3))
-    for f in range(len(faces)):
-        total = own[faces[f, 0]] + own[faces[f, 1]] + own[faces[f, 2]]
-        for corner in range(3):
-            wide[faces[f, corner]] += total
-    cosine = np.empty(len(vertices))
-    for i in range(len(vertices)):
-        x, y, z = wide[i, 0], wide[i, 1], wide[i, 2]
-        r, size = np.hypot(vertices[i, 0], vertices[i, 1]), np.sqrt(x * x + y * y + z * z)
-        outward = (x * vertices[i, 0] + y * vertices[i, 1]) / r
-        cosine[i] = (z * normal[i, 0] + outward * normal[i, 1]) / size
-    return cosine
+    a, b, c = (vertices[corner] for corner in faces.T)
+    area = np.cross(b - a, c - a)
+    own = _at_corners(faces, np.where(np.isfinite(area).all(axis=1, keepdims=True), area, 0.0), len(vertices))
+    x, y, z = _at_corners(faces, own[faces].sum(axis=1), len(vertices)).T
+    px, py, _ = vertices.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        outward = (x * px + y * py) / np.hypot(px, py)
+        cosine = (z * normal[:, 0] + outward * normal[:, 1]) / np.sqrt(x * x + y * y + z * z)
+    return np.asarray(cosine)
+
+
+def _at_corners(faces: Ints32, values: Floats, count: int) -> Floats:
+    """(V, 3) sum of the values (T, 3) of the faces that meet at each vertex."""
+    corners = faces.ravel()
+    return np.stack([np.bincount(corners, np.repeat(one, 3), count) for one in values.T], axis=1)

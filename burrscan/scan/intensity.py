@@ -101,9 +101,10 @@ def _smooth(chosen: Floats, seen: Bools) -> Floats:
 @njit(cache=True, nogil=True)
 def _spread(u: Floats32, v: Floats, costs: Floats32, total: Floats32) -> None:
     """Add each camera pixel's costs to the projector pixels within its footprint and one around it."""
-    height, width, _ = total.shape
+    height, width, channels = total.shape
     for i in range(len(u)):
         column, row = int(np.rint(u[i])), int(np.rint(v[i]))
         for y in range(max(row - 1, 0), min(row + 2, height)):
             for x in range(max(column - 1, 0), min(column + 2, width)):
-                total[y, x] += costs[i]
+                for channel in range(channels):
+                    total[y, x, channel] += costs[i, channel]

@@ -100,8 +100,10 @@ def _choose(
         for k in range(starts[first], starts[last]):
             passed += light[k]
             while n < TARGETS and passed >= (n + 0.5) / TARGETS * total:
-                chosen[n] = points[paths[k]]
+                for axis in range(3):
+                    chosen[n, axis] = points[paths[k], axis]
                 n += 1
     while 0 < n < TARGETS:  # rounding left the last place open
-        chosen[n] = chosen[n - 1]
+        for axis in range(3):
+            chosen[n, axis] = chosen[n - 1, axis]
         n += 1

@@ -10,10 +10,8 @@ import pytest
 from scipy import stats
 from scipy.ndimage import binary_erosion
 
-from burrscan.arrays import Floats, Floats32
+from burrscan.arrays import Floats
 from burrscan.errors import InputError
-from burrscan.rig import View
-from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
 from scenes.transport.footprint import sample_sets
 from scenes.transport.hits import centre_hits
@@ -23,37 +21,18 @@ from scenes.transport.profile import PixelProfile
 from scenes.transport.refine import needed_samples
 from scenes.transport.rows import SparseRows, added, empty_rows
 from scenes.transport.splat import splat
-from scenes.transport.stock import stock_ambient, stock_image, stock_images
+from scenes.transport.stock import stock_ambient, stock_image
 from scenes.transport.store import stored
 from scenes.transport.trace import trace
 from scenes.transport.world import wheel_mesh
 from scenes.wheel import Wheel, build_wheel, load_wheel
-
-FINISHES = {"ground": {"alpha": 0.2}, "turned": {"alpha_u": 0.1, "alpha_v": 0.35}}
+from tests.data.stock import kept_blocks
+from tests.scenes.pulley import FINISHES, RUNS, blocks, bsdf, patterns, pose, pulley, stripes_on, uneven
 
 
 @pytest.fixture(scope="module")
 def wheel() -> Wheel:
-    return build_wheel(load_wheel("grooved_pulley"), facet_error_mm=0.02)
-
-
-def pose(spec: RigSpec) -> Floats:
-    return PoseSpec(elevation_deg=12.0, roll_deg=20.0).T_camera_part(
-        standoff_mm=spec.standoff_mm, middle_z_mm=0.0
-    )
-
-
-def bsdf(finish: str) -> dict[str, Any]:
-    conductor = {"type": "roughconductor", "distribution": "ggx", "eta": 1.5, "k": 7.0, **FINISHES[finish]}
-    return {"type": "twosided", "conductor": conductor}
-
-
-def uneven(spec: RigSpec) -> Optics:
-    """A rig with no symmetry to hide behind: shifted principal points, a rolled projector."""
-    rig = spec.rig()
-    camera = replace(rig.camera, cx=rig.camera.cx + 4.3, cy=rig.camera.cy - 2.8)
-    projector = replace(rig.projector, cx=rig.projector.cx - 3.4, cy=rig.projector.cy + 5.25)
-    return Optics(replace(rig, camera=camera, projector=projector), spec.standoff_mm)
+    return pulley()
 
 
 def test_sample_sets_are_centred_and_uniform() -> None:
@@ -108,58 +87,26 @@ def test_relighting_is_the_matrix_product() -> None:
     assert transport.relight(columns) == pytest.approx(transport.relight(columns.copy()), rel=1e-6)
 
 
-def patterns(view: View) -> Floats32:
-    """White, a sine of 16 pixels, random blocks, one Gray-code-like stripe pattern."""
-    rng = np.random.default_rng(4)
-    column, row = np.arange(view.width), np.arange(view.height)
-    sine = 0.5 + 0.5 * np.sin(2.0 * np.pi * column / 16.0)
-    blocks = rng.random((view.height // 4 + 1, view.width // 4 + 1))[row[:, None] // 4, column // 4]
-    stripes = (column // 8 + row[:, None] // 16) % 2
-    return np.stack(
-        [np.ones(view.shape), np.broadcast_to(sine, view.shape), blocks, stripes.astype(float)]
-    ).astype(np.float32)
-
-
 @pytest.mark.parametrize("finish", sorted(FINISHES))
-def test_agrees_with_stock_mitsuba(mi: Any, wheel: Wheel, finish: str) -> None:
+def test_agrees_with_stock_mitsuba(mi: Any, finish: str) -> None:
     """Every block of every pattern of direct light, z-tested with Bonferroni's correction at 99.9 % in all.
 
     Interreflected light has tails that no t-test of blocks expects: it is compared pixel by pixel in
     ``test_interreflection.py``, and here as the sum over the picture, of every pattern.
     """
-    spec = RigSpec(scale=0.15)
-    optics = uneven(spec)
-    mesh = wheel_mesh(mi, wheel, pose(spec), bsdf(finish))
-    scene = mi.load_dict({"type": "scene", "wheel": mesh})
-    light = patterns(optics.rig.projector)
-    runs = 24
-
-    def stock(count: int, samples: int, bounces: int) -> Floats32:
-        seeds = range(1000, 1000 + count)
-        images = [
-            stock_images(mi, mesh, optics, frame, samples=samples, bounces=bounces, seeds=seeds)
-            for frame in light
-        ]
-        return np.stack(images, axis=1)
-
-    direct = [trace(mi, scene, optics, samples=4, bounces=1, seed=i).relight(light) for i in range(runs)]
-    a, b = _blocks(np.stack(direct)), _blocks(stock(runs, 8, 1))
-    variance = a.var(axis=0, ddof=1) / runs + b.var(axis=0, ddof=1) / runs
-    lit = b.mean(axis=0) > 1e-4
-    t = (a.mean(axis=0) - b.mean(axis=0))[lit] / np.sqrt(variance[lit])
-    limit = stats.t.isf(0.0005 / t.size, runs - 1)  # the fewest degrees of freedom that Welch's test can have
+    scene, optics, light = stripes_on(mi, finish)[1:]
+    known = kept_blocks(finish)
+    direct = [trace(mi, scene, optics, samples=4, bounces=1, seed=i).relight(light) for i in range(RUNS)]
+    ours = blocks(np.stack(direct))
+    variance = ours.var(axis=0, ddof=1) / RUNS + known.variance
+    lit = known.mean > 1e-4
+    t = (ours.mean(axis=0) - known.mean)[lit] / np.sqrt(variance[lit])
+    limit = stats.t.isf(0.0005 / t.size, RUNS - 1)  # the fewest degrees of freedom that Welch's test can have
     assert lit.sum() > 100
     assert np.abs(t).max() < limit
     # one of ours is known to a thousandth, the reference with 192 paths a pixel to two or three
     whole = trace(mi, scene, optics).relight(light).mean(axis=(1, 2))
-    assert whole == pytest.approx(stock(3, 64, 3).mean(axis=(0, 2, 3)), rel=0.005)
-
-
-def _blocks(images: Floats32) -> Floats:
-    runs, frames, h, w = images.shape
-    size = 16
-    cut = images[:, :, : h // size * size, : w // size * size].astype(float)
-    return np.asarray(cut.reshape(runs, frames, h // size, size, w // size, size).mean(axis=(3, 5)))
+    assert whole == pytest.approx(known.whole, rel=0.005)
 
 
 def test_a_shifted_projector_is_noticed(mi: Any, wheel: Wheel) -> None:
@@ -174,7 +121,7 @@ def test_a_shifted_projector_is_noticed(mi: Any, wheel: Wheel) -> None:
     light = patterns(optics.rig.projector)[1:2]
     runs = 6
     a, b = (
-        _blocks(np.stack([trace(mi, scene, o, bounces=1, seed=i).relight(light) for i in range(runs)]))
+        blocks(np.stack([trace(mi, scene, o, bounces=1, seed=i).relight(light) for i in range(runs)]))
         for o in (optics, shifted)
     )
     variance = (a.var(axis=0, ddof=1) + b.var(axis=0, ddof=1)) / runs

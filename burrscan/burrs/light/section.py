@@ -15,7 +15,7 @@ from numba import njit
 from burrscan.arrays import Floats
 
 TILTS_DEG = np.arange(-90.0, 91.0)
-"""Where a lobe is tabled."""
+"""Where a lobe is tabled: every degree, which the kernels count on."""
 BOUNCE_TILTS_DEG = np.arange(-40.0, 41.0, 4.0)
 """Tilts of the micro-facets that a mirrored ray is followed for; lobes of metals end before."""
 _REFLECTANCE = 0.8
@@ -85,8 +85,11 @@ def _shone(
         return 0.0
     if _first(x + _OFF_MM * nx, y + _OFF_MM * ny, lx, ly, burr)[0] < far:
         return 0.0
-    tilt = np.degrees(_wrapped(normal - np.arctan2(ly - dy, lx - dx)))
-    return float(np.interp(tilt, TILTS_DEG, lobes[min(met, 1)]))
+    place = 90.0 + np.degrees(_wrapped(normal - np.arctan2(ly - dy, lx - dx)))
+    place = min(max(place, 0.0), 180.0)
+    k = min(int(place), 179)
+    lobe = lobes[min(met, 1)]
+    return float(lobe[k] + (place - k) * (lobe[k + 1] - lobe[k]))
 
 
 @njit(cache=True, nogil=True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.generatrix.polyline import Polyline, candidates, feet, join
 from burrscan.generatrix.tracing.cells import Looks
+from burrscan.pose import placed
 
 _FACES = 5_000
 """That vote, evenly thinned: the side of each piece is one of two, and some of them near it decide."""
@@ -79,28 +79,9 @@ def _vote(
 
 def looks_of(vertices: Floats, faces: Ints32, transform: Floats, *, most: int = 20_000) -> Looks:
     """Where faces are in the (z, r) plane and how they look, evenly thinned to ``most``. O(most)."""
-    few = np.ascontiguousarray(faces[:: max(1, len(faces) // most)])  # else the kernel is compiled twice
-    z, r, nz, nr = _face_normals(np.ascontiguousarray(vertices), few, np.ascontiguousarray(transform))
-    return z, r, nz, nr
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _face_normals(
-    vertices: Floats, faces: Ints32, transform: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Centres (z, r) of faces and their area-weighted normals along the axis and away from it."""
-    count = len(faces)
-    z, r, nz, nr = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
-    corner = np.empty((3, 3))
-    for f in range(count):
-        for c in range(3):
-            x, y, w = vertices[faces[f, c]]
-            for i in range(3):
-                row = transform[i]
-                corner[c, i] = row[0] * x + row[1] * y + row[2] * w + row[3]
-        u, v = corner[1] - corner[0], corner[2] - corner[0]
-        x, y = corner[:, 0].sum() / 3.0, corner[:, 1].sum() / 3.0
-        z[f], r[f] = corner[:, 2].sum() / 3.0, np.sqrt(x * x + y * y)
-        nz[f] = u[0] * v[1] - u[1] * v[0]
-        nr[f] = ((u[1] * v[2] - u[2] * v[1]) * x + (u[2] * v[0] - u[0] * v[2]) * y) / (r[f] + 1e-300)
-    return z, r, nz, nr
+    few = faces[:: max(1, len(faces) // most)]
+    corners = placed(transform, vertices[few].reshape(-1, 3)).reshape(-1, 3, 3)
+    x, y, z = corners.mean(axis=1).T
+    nx, ny, nz = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).T
+    r = np.hypot(x, y)
+    return z, r, nz, (nx * x + ny * y) / (r + 1e-300)
