@@ -110,7 +110,8 @@ def _seeds(seen: Floats32, weight: Floats32, light: Floats, slopes: Floats, apar
                 and found[5] >= _LEAST_FIT
                 and abs(found[0] - start[0]) < apart_px
             ):
-                state[:, r, c] = found
+                for k in range(6):
+                    state[k, r, c] = found[k]
     return state
 
 
@@ -127,7 +128,7 @@ def _search(
     start: Floats,
 ) -> bool:
     """The column and slope that correlate best, if they lead clearly over any other column."""
-    scores[:] = 0.0
+    scores.fill(0.0)
     best = 0.0
     for slope in slopes:
         for u in range(len(light)):
@@ -187,7 +188,8 @@ def _wave(
             tried[r, c] = best
             fitted = _refine(seen, weight, light, np.int64(r), c, start, found)
             if fitted and found[5] >= _LEAST_FIT and abs(found[0] - start[0]) < 1.0:
-                after[:, r, c] = found
+                for k in range(6):
+                    after[k, r, c] = found[k]
                 grown[r] += 1
     return after, grown.sum()
 
@@ -220,34 +222,52 @@ def _refine(
         return False
     u, p, q, bend = start
     gain, offset, tilt = 1.0, 0.0, 0.0
-    normal, moment = np.empty((7, 7)), np.empty(7)
+    normal, scaled, moment, step = np.empty((7, 7)), np.empty((7, 7)), np.empty(7), np.empty(7)
+    inverse: Floats = normal
     first, end = max(c - _REACH, 0), min(c + _REACH + 1, seen.shape[1])
     chi2, total, count = 0.0, 0.0, 0
     for turn in range(_TURNS + 1):
-        normal[:], moment[:] = 0.0, 0.0
+        normal.fill(0.0)
+        moment.fill(0.0)
         chi2, total, count = _sums(
             seen, weight, light, r, c, first, end, (u, p, q, bend, gain, offset, tilt), normal, moment
         )
-        if count < 30:
+        if count < 30 or not _posed(normal, scaled):
             return False
-        for k in range(7):
-            normal[k, k] *= 1.0 + 1e-9
-        if np.linalg.cond(normal / np.sqrt(np.outer(np.diag(normal), np.diag(normal)))) > 1e6:
-            return False
+        inverse = np.linalg.inv(normal)
         if turn < _TURNS:
-            step = np.linalg.solve(normal, moment)
+            for k in range(7):
+                step[k] = _dot(inverse[k], moment)
             if not abs(step[0]) < 4.0:
                 return False
             u, p, q, bend = u + step[0], p + step[1], q + step[2], bend + step[3]
             gain, offset, tilt = gain + step[4], offset + step[5], tilt + step[6]
-    inverse = np.linalg.inv(normal)
-    left = _left_over(
-        seen, weight, light, r, c, (u, p, q, bend, gain, offset, tilt), np.ascontiguousarray(inverse[0])
-    )
+    left = _left_over(seen, weight, light, r, c, (u, p, q, bend, gain, offset, tilt), inverse[0])
     found[0], found[2], found[3], found[4] = u, p, q, bend
     found[1] = math.sqrt(max(inverse[0, 0], left))
     found[5] = 1.0 - chi2 / total if gain > 0.0 and total > 0.0 else 0.0
     return bool(p > 0.0 and 0.0 <= u <= len(light) - 1.0)
+
+
+@njit(cache=True, nogil=True)
+def _posed(normal: Floats, scaled: Floats) -> bool:
+    """Whether the window determines all unknowns; ``scaled`` is room for the matrix without units."""
+    for k in range(7):
+        if normal[k, k] <= 0.0:
+            return False
+        normal[k, k] *= 1.0 + 1e-9
+    for k in range(7):
+        for j in range(7):
+            scaled[k, j] = normal[k, j] / math.sqrt(normal[k, k] * normal[j, j])
+    return bool(np.linalg.cond(scaled) <= 1e6)
+
+
+@njit(cache=True, nogil=True)
+def _dot(one: Floats, other: Floats) -> float:
+    total = 0.0
+    for k in range(len(one)):
+        total += one[k] * other[k]
+    return total
 
 
 @njit(cache=True, nogil=True)
@@ -277,10 +297,10 @@ def _left_over(
     normal, moment = np.zeros((7, 7)), np.empty(7)
     variance, columns = 0.0, 0
     for x in range(max(c - _REACH, 0), min(c + _REACH + 1, seen.shape[1])):
-        moment[:] = 0.0
+        moment.fill(0.0)
         _, _, count = _sums(seen, weight, light, r, c, x, x + 1, at, normal, moment)
         if count:
-            variance += np.dot(pull, moment) ** 2
+            variance += _dot(pull, moment) ** 2
             columns += 1
     return variance * columns / max(columns - 7, 1)
 
