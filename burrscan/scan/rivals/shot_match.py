@@ -9,7 +9,7 @@ takes over from its best neighbour and is refined.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -223,7 +223,7 @@ def _refine(
     u, p, q, bend = start
     gain, offset, tilt = 1.0, 0.0, 0.0
     normal, scaled, moment, step = np.empty((7, 7)), np.empty((7, 7)), np.empty(7), np.empty(7)
-    inverse: Floats = normal
+    inverse: Any = normal
     first, end = max(c - _REACH, 0), min(c + _REACH + 1, seen.shape[1])
     chi2, total, count = 0.0, 0.0, 0
     for turn in range(_TURNS + 1):
