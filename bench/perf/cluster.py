@@ -4,7 +4,8 @@ Everything on the loopback address of this machine, which should have nothing el
 
 - *empty*: wall time per case of cases that cost nothing, and the driver's processor time in it;
 - *driver*: the driver's processor time per case with many simulated workers, which only wait;
-- *scaling*: cases per minute with one worker process and with more, one thread each, up to the cores.
+- *scaling*: cases per minute with one worker process and with more, one thread each, up to the cores;
+- *limit*: the same without an engine, by processes that know nothing of each other: what the machine gives.
 """
 
 from __future__ import annotations
@@ -56,14 +57,19 @@ def main() -> None:
     parser.add_argument("--simulated", type=int, default=200, help="simulated workers")
     parser.add_argument("--real", type=int, default=60, help="real cases per number of workers")
     parser.add_argument("--host", nargs=2, metavar=("FILE", "N"), help=argparse.SUPPRESS)
+    parser.add_argument("--free", nargs=2, metavar=("FIRST", "N"), help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.host:
         asyncio.run(_host(given.host[0], int(given.host[1])))
+        return
+    if given.free:
+        _free(int(given.free[0]), int(given.free[1]))
         return
     print(f"load before: {os.getloadavg()[0]:.1f} on {usable_cores()} cores")
     _empty(given.cases)
     _driver(given.simulated)
     _scaling(given.real)
+    _limit(given.real)
 
 
 def _empty(cases: int) -> None:
@@ -100,6 +106,42 @@ def _scaling(cases: int) -> None:
             f"scaling: {workers} workers, {pace:.1f} cases/min, "
             f"{100.0 * pace / alone / workers:.0f} % of linear"
         )
+
+
+def _limit(cases: int) -> None:
+    environment = {**os.environ, **dict.fromkeys(SINGLE_THREADED, "1")}
+    alone = 0.0
+    for processes in range(1, usable_cores() + 1):
+        each = str(cases // processes)
+        running = [
+            subprocess.Popen(  # noqa: S603 (our own interpreter)
+                [sys.executable, "-m", "bench.perf.cluster", "--free", str(1000 * number), each],
+                env=environment,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            for number in range(processes)
+        ]
+        pace = sum(float(one.communicate()[0]) for one in running)
+        alone = alone or pace
+        print(
+            f"limit: {processes} free processes, {pace:.1f} cases/min, "
+            f"{100.0 * pace / alone / processes:.0f} % of linear"
+        )
+
+
+def _free(first: int, cases: int) -> None:
+    """One of several processes that start together: print its cases per minute after the first."""
+    suite = suite_from({**_MESH, "seeds": list(range(first, first + cases))}, source="perf")
+    ended: list[float] = []
+
+    def tick(state: Progress) -> None:
+        if state.done > len(ended):
+            ended.append(time.perf_counter())
+
+    with tempfile.TemporaryDirectory() as folder:
+        run_suite(suite, Path(folder) / "r", workers=1, progress=tick, examine_case=examine)
+    print(60.0 * (len(ended) - 1) / (ended[-1] - ended[0]))
 
 
 def _suite(cases: int) -> Suite:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
@@ -156,7 +155,7 @@ def _gridded(
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
     step_mm, step_rad, shape = _steps(line, arc, len(angle))
-    along, place, normal = _placed(foot.segment, foot.t, line.nodes_mm, line.starts, line.along_mm)
+    along, place, normal = _placed(line, foot)
     cell = _cells(along, angle, arc, step_mm, step_rad, shape)
     filled = _filled(cell, shape)
     if filled < _MOSTLY_FILLED:
@@ -200,25 +199,12 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     return total / shape[0], arc[1] / shape[1], shape
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _placed(
-    segment: Ints32, t: Floats, nodes: Floats, starts: Ints, begin: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _placed(line: Polyline, foot: Foot) -> tuple[Floats, Floats, Floats]:
     """Arc length, foot and normal of every vertex."""
-    count = len(segment)
-    along, place, normal = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
-    for i in range(count):
-        k = segment[i]
-        z, r = nodes[starts[k], 0], nodes[starts[k], 1]
-        dz, dr = nodes[starts[k] + 1, 0] - z, nodes[starts[k] + 1, 1] - r
-        length = np.sqrt(dz * dz + dr * dr)
-        along[i] = begin[k] + t[i] * length
-        place[i, 0], place[i, 1] = z + t[i] * dz, r + t[i] * dr
-        normal[i, 0], normal[i, 1] = -dr / length, dz / length
-    return along, place, normal
+    along = line.along_mm[foot.segment] + foot.t * line.lengths_mm[foot.segment]
+    return along, line.places_mm(foot.segment, foot.t), line.normals[foot.segment]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _cells(
     along: Floats,
     angle: Floats,
@@ -227,13 +213,10 @@ def _cells(
     step_rad: float,
     shape: tuple[int, int],
 ) -> Ints32:
-    cell = np.empty((len(along), 2), np.int32)
-    for i in range(len(along)):
-        turn = angle[i] - arc[0]
-        turn += 2.0 * np.pi if turn < 0.0 else 0.0  # both within -π to π: a remainder would be dear
-        cell[i, 0] = min(int(along[i] / step_mm), shape[0] - 1)
-        cell[i, 1] = min(int(turn / step_rad), shape[1] - 1)
-    return cell
+    turn = angle - arc[0]
+    turn += 2.0 * np.pi * (turn < 0.0)  # both within -π to π
+    row = np.minimum((along / step_mm).astype(np.int32), shape[0] - 1)
+    return np.stack([row, np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)], axis=1)
 
 
 def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
@@ -244,13 +227,11 @@ def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _filled(cell: Ints32, shape: tuple[int, int]) -> float:
     """Share of the cells that hold a vertex."""
     used = np.zeros(shape, np.bool_)
-    for i in range(len(cell)):
-        used[cell[i, 0], cell[i, 1]] = True
-    return float(max(used.mean(), 0.02))
+    used[cell[:, 0], cell[:, 1]] = True
+    return max(float(used.mean()), 0.02)
 
 
 def levelled(
@@ -277,12 +258,10 @@ def levelled(
     mean, spread = core_of(deviation, cell, shape[0], overall)
     # About the middle of the data: about the part frame's origin, which may be far away, a tilt is a shift.
     place = place - [float(place[:, 0].mean()), 0.0]
-    middle = arc[0] + (np.arange(shape[1]) + 0.5) * arc[1] / shape[1]
-    cosine, sine = np.cos(middle), np.sin(middle)
-    matrix, right = _motion_equations(deviation, cell, place, normal, mean, spread, cosine, sine)
+    basis = _motion_basis(cell, place, normal, arc[0] + (np.arange(shape[1]) + 0.5) * arc[1] / shape[1])
+    matrix, right = _motion_equations(deviation, cell[:, 0], basis, mean, spread)
     if right.any():
-        motion = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
-        deviation = _moved(deviation, cell, place, normal, motion, cosine, sine)
+        deviation = deviation - np.linalg.lstsq(matrix, right, rcond=1e-10)[0] @ basis
     mean, spread = core_of(deviation, cell, shape[0], overall)
     deviation = deviation - mean[cell[:, 0]]
     return deviation, np.maximum(spread, _QUIETEST * overall)
@@ -312,118 +291,64 @@ def _levels(values: Floats, parallel: Ints32, count: int, near: float) -> Floats
     return level
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Floats, Floats]:
     """Mean and standard deviation of each row's core, found from outside inwards. O(N)."""
+    row = cell[:, 0]
     mean, spread = np.zeros(rows), np.full(rows, 3.0 * overall)
     for _ in range(_CORE_PASSES):
-        count, total, square = np.zeros(rows), np.zeros(rows), np.zeros(rows)
-        for i in range(len(values)):
-            row = cell[i, 0]
-            x = values[i] - mean[row]
-            if abs(x) <= _CORE * spread[row]:
-                count[row] += 1.0
-                total[row] += x
-                square[row] += x * x
-        for row in range(rows):
-            if count[row] > 7.0:
-                shift = total[row] / count[row]
-                variance = max(square[row] / count[row] - shift * shift, 0.0)
-                mean[row] += shift
-                spread[row] = max(np.sqrt(variance) / _CORE_SPREAD, 1e-3 * overall)
+        x = values - mean[row]
+        core = np.abs(x) <= _CORE * spread[row]
+        count, total, square = (
+            np.bincount(row[core], power, rows) for power in (None, x[core], x[core] ** 2)
+        )
+        enough = count > 7.0
+        shift = total[enough] / count[enough]
+        variance = np.maximum(square[enough] / count[enough] - shift * shift, 0.0)
+        mean[enough] += shift
+        spread[enough] = np.maximum(np.sqrt(variance) / _CORE_SPREAD, 1e-3 * overall)
     return mean, spread
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+def _motion_basis(cell: Ints32, place: Floats, normal: Floats, middle: Floats) -> Floats:
+    """(4, N) change of the deviations by (shift along x, along y, tilt in xz, tilt in yz) of the axis."""
+    lever = place[:, 0] * normal[:, 1] - place[:, 1] * normal[:, 0]
+    cosine, sine = np.cos(middle)[cell[:, 1]], np.sin(middle)[cell[:, 1]]
+    return np.stack([normal[:, 1] * cosine, normal[:, 1] * sine, lever * cosine, lever * sine])
+
+
 def _motion_equations(
-    deviation: Floats,
-    cell: Ints32,
-    place: Floats,
-    normal: Floats,
-    mean: Floats,
-    spread: Floats,
-    cosine: Floats,
-    sine: Floats,
+    deviation: Floats, row: Ints32, basis: Floats, mean: Floats, spread: Floats
 ) -> tuple[Floats, Floats]:
-    """Normal equations of (shift along x, along y, tilt in xz, tilt in yz), each row's mean eliminated."""
-    rows = len(mean)
-    sums = np.zeros((rows, 6))
-    matrix, right = np.zeros((4, 4)), np.zeros(4)
-    basis = np.empty(4)
-    for i in range(len(deviation)):
-        row, column = cell[i]
-        x = deviation[i] - mean[row]
-        if abs(x) > 4.0 * spread[row]:
-            continue
-        w = 1.0 / (spread[row] * spread[row])
-        lever = place[i, 0] * normal[i, 1] - place[i, 1] * normal[i, 0]
-        c, s = cosine[column], sine[column]
-        basis[0], basis[1], basis[2], basis[3] = normal[i, 1] * c, normal[i, 1] * s, lever * c, lever * s
-        sums[row, 4] += 1.0
-        sums[row, 5] += x
-        for j in range(4):
-            sums[row, j] += basis[j]
-            right[j] += w * basis[j] * x
-            for k in range(4):
-                matrix[j, k] += w * basis[j] * basis[k]
-    for row in range(rows):
-        if sums[row, 4] == 0.0:
-            continue
-        w = 1.0 / (spread[row] * spread[row] * sums[row, 4])
-        for j in range(4):
-            right[j] -= w * sums[row, j] * sums[row, 5]
-            for k in range(4):
-                matrix[j, k] -= w * sums[row, j] * sums[row, k]
-    return matrix, right
+    """Normal equations of the motion of the axis over the core of the data, each row's mean eliminated."""
+    x = deviation - mean[row]
+    core = np.abs(x) <= 4.0 * spread[row]
+    x, row, basis = x[core], row[core], basis[:, core]
+    weighted = basis / spread[row] ** 2
+    count = np.bincount(row, minlength=len(mean))
+    sums = np.stack([np.bincount(row, one, len(mean)) for one in (*basis, x)])
+    share = 1.0 / (spread**2 * np.maximum(count, 1))
+    matrix = weighted @ basis.T - (share * sums[:4]) @ sums[:4].T
+    return matrix, weighted @ x - (share * sums[:4]) @ sums[4]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _moved(
-    deviation: Floats,
-    cell: Ints32,
-    place: Floats,
-    normal: Floats,
-    motion: Floats,
-    cosine: Floats,
-    sine: Floats,
-) -> Floats:
-    moved = np.empty(len(deviation))
-    for i in range(len(deviation)):
-        column = cell[i, 1]
-        lever = place[i, 0] * normal[i, 1] - place[i, 1] * normal[i, 0]
-        along_x = normal[i, 1] * motion[0] + lever * motion[2]
-        along_y = normal[i, 1] * motion[1] + lever * motion[3]
-        moved[i] = deviation[i] - along_x * cosine[column] - along_y * sine[column]
-    return moved
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _local_noise(
     deviation: Floats, cell: Ints32, spread: Floats, shape: tuple[int, int], wide: int
 ) -> Floats:
     """(N,) standard deviation: of the row, times what the angular sector has more or less. O(N)."""
-    sectors = shape[1] // wide + 1
-    count, square = np.zeros(sectors), np.zeros(sectors)
-    for i in range(len(deviation)):
-        z = deviation[i] / spread[cell[i, 0]]
-        if abs(z) < 2.0 * _CORE:
-            count[cell[i, 1] // wide] += 1.0
-            square[cell[i, 1] // wide] += z * z
-    ratio = np.ones(sectors)
-    for k in range(sectors):
-        if count[k] > 50.0:
-            ratio[k] = min(max(np.sqrt(square[k] / count[k]), 0.5), 3.0)
-    sigma = np.empty(len(deviation))
-    for i in range(len(deviation)):
-        sigma[i] = spread[cell[i, 0]] * ratio[cell[i, 1] // wide]
-    return sigma
+    sector = cell[:, 1] // wide
+    z = deviation / spread[cell[:, 0]]
+    core = np.abs(z) < 2.0 * _CORE
+    count, square = (np.bincount(sector[core], power, shape[1] // wide + 1) for power in (None, z[core] ** 2))
+    ratio = np.ones(len(count))
+    known = count > 50.0
+    ratio[known] = np.clip(np.sqrt(square[known] / count[known]), 0.5, 3.0)
+    return np.asarray(spread[cell[:, 0]] * ratio[sector])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:
-    count, score = np.zeros(shape), np.zeros(shape)
-    for i in range(len(deviation)):
-        z = min(max(deviation[i] / sigma[i], -_CLIP), _CLIP)
-        count[cell[i, 0], cell[i, 1]] += 1.0
-        score[cell[i, 0], cell[i, 1]] += z
-    return count, score
+    flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
+    z = np.clip(deviation / sigma, -_CLIP, _CLIP)
+    size = shape[0] * shape[1]
+    count, score = np.zeros(size), np.zeros(size)
+    count[:], score[:] = np.bincount(flat, minlength=size), np.bincount(flat, z, size)
+    return count.reshape(shape), score.reshape(shape)
