@@ -349,6 +349,6 @@ def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, in
     flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
     z = np.clip(deviation / sigma, -_CLIP, _CLIP)
     size = shape[0] * shape[1]
-    count, score = np.zeros(size), np.zeros(size)
-    count[:], score[:] = np.bincount(flat, minlength=size), np.bincount(flat, z, size)
+    count = np.asarray(np.bincount(flat, minlength=size), np.float64)
+    score = np.asarray(np.bincount(flat, z, size), np.float64)
     return count.reshape(shape), score.reshape(shape)

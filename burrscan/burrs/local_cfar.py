@@ -9,7 +9,7 @@ halos.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.burrs.detect import Region
@@ -125,42 +125,14 @@ def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
     return grown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _thicken(cells: Bools, by: int, closed: bool, across: Bools) -> None:  # noqa: FBT001 (as _thick)
-    """Cells of a row within ``by`` of the given ones."""
-    width = len(cells)
-    across[:] = False
-    for j in np.flatnonzero(cells):
-        for k in range(j - by, j + by + 1):
-            if closed or 0 <= k < width:
-                across[k % width] = True
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001 (numba takes no keywords only)
+def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001
     """Cells within ``by`` of the given ones, in rows and columns."""
-    height, width = cells.shape
-    grown = np.zeros_like(cells)
-    across = np.zeros(width, np.bool_)
-    for i in range(height):
-        _thicken(cells[i], by, closed, across)
-        for row in range(max(i - by, 0), min(i + by + 1, height)):
-            for j in range(width):
-                grown[row, j] |= across[j]
-    return grown
+    size = 2 * by + 1
+    grown = ndimage.maximum_filter1d(cells.astype(np.uint8), size, axis=0, mode="constant")
+    grown = ndimage.maximum_filter1d(grown, size, axis=1, mode="wrap" if closed else "constant")
+    return np.asarray(grown.astype(np.bool_))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _sum(block: Floats) -> float:
-    """The sum of a block of cells, row by row."""
-    total = 0.0
-    for row in range(block.shape[0]):
-        for column in range(block.shape[1]):
-            total += block[row, column]
-    return total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _box_means(
     cell: Ints32,
     deviation: Floats,
@@ -173,20 +145,20 @@ def _box_means(
 
     Only the rows of ``span`` are computed.
     """
-    height, width = count.shape
-    a, b = box[0] // 2, box[1] // 2
-    total = np.zeros((height, width))
-    for i in range(len(deviation)):
-        if span[0] - a <= cell[i, 0] < span[1] + a:
-            total[cell[i, 0], cell[i, 1]] += min(max(deviation[i], -most), most)
-    level = np.full((height, width), np.nan)
-    for i in range(span[0], span[1]):
-        for j in range(width):
-            top, bottom = max(i - a, 0), min(i + a + 1, height)
-            left, right = max(j - b, 0), min(j + b + 1, width)
-            n, s = _sum(count[top:bottom, left:right]), _sum(total[top:bottom, left:right])
-            if n >= 2.0:
-                level[i, j] = s / n
+    reach = slice(max(span[0] - box[0] // 2, 0), span[1] + box[0] // 2)
+    near = (cell[:, 0] >= reach.start) & (cell[:, 0] < reach.stop)
+    total = np.zeros(count.shape)
+    np.add.at(total, (cell[near, 0], cell[near, 1]), np.clip(deviation[near], -most, most))
+    sums = []
+    for image in (count[reach], total[reach]):
+        for axis in (0, 1):
+            size = 2 * (box[axis] // 2) + 1
+            image = ndimage.convolve1d(image, np.ones(size), axis=axis, mode="constant")  # noqa: PLW2901
+        sums.append(image)
+    level = np.full(count.shape, np.nan)
+    enough = sums[0] >= 2.0
+    level[reach][enough] = sums[1][enough] / sums[0][enough]
+    level[: span[0]], level[span[1] :] = np.nan, np.nan
     return level
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.arrays import Floats, Ints
 from burrscan.generatrix.polyline import Foot, Polyline
 from burrscan.generatrix.refine import Step
-from burrscan.generatrix.tracing.cells import along_arc
 
 _SECTORS = 16
 """Of the arc: their scatter has 15 degrees of freedom, and each still averages over what neighbours share."""
@@ -22,9 +20,7 @@ def sigma_mm(fit: Step, foot: Foot, angle: Floats, arc: tuple[float, float], sta
     """
     weight = np.maximum(fit.weight, 1.0)
     independent = np.maximum(fit.scale_mm, stated_mm) / np.sqrt(weight)
-    count, total = _sector_sums(
-        foot.segment, foot.t, foot.distance_mm, angle, arc, fit.line.starts, fit.scale_mm
-    )
+    count, total = _sector_sums(fit.line, foot, angle, arc, fit.scale_mm)
     return np.maximum(independent, _between(count, total))
 
 
@@ -43,41 +39,32 @@ def _five(values: Floats) -> Floats:
     return np.convolve(values, np.ones(5), mode="full")[2 : 2 + len(values)]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _sector_sums(
-    segment: Ints32,
-    t: Floats,
-    distance: Floats,
-    angle: Floats,
-    arc: tuple[float, float],
-    starts: Ints,
-    scale: Floats,
+    line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float], scale: Floats
 ) -> tuple[Floats, Floats]:
-    count, total = np.zeros((len(scale), _SECTORS)), np.zeros((len(scale), _SECTORS))
-    for i in range(len(segment)):
-        if segment[i] < 0:
-            continue
-        node = starts[segment[i]] + (1 if t[i] > 0.5 else 0)
-        if abs(distance[i]) < 4.0 * scale[node]:
-            sector = min(int(along_arc(angle[i], arc) * _SECTORS), _SECTORS - 1)
-            count[node, sector] += 1.0
-            total[node, sector] += distance[i]
-    return count, total
+    """(K, sectors) how many points are near a node in a sector, and the sum of their distances."""
+    node, distance = _nearest_nodes(foot, line), foot.distance_mm[foot.valid]
+    turn = angle[foot.valid] - arc[0]
+    turn += 2.0 * np.pi * (turn < 0.0)  # both within -π to π
+    sector = np.minimum((turn / arc[1] * _SECTORS).astype(int), _SECTORS - 1)
+    near = np.abs(distance) < 4.0 * scale[node]
+    cell, shape = (node * _SECTORS + sector)[near], (len(scale), _SECTORS)
+    size = len(scale) * _SECTORS
+    count = np.asarray(np.bincount(cell, minlength=size), np.float64)
+    total = np.asarray(np.bincount(cell, distance[near], size), np.float64)
+    return count.reshape(shape), total.reshape(shape)
 
 
 def band_mm(line: Polyline, foot: Foot) -> Floats:
     """(K,) span between the largest deviations inwards and outwards (seed paper, section 5.2). O(V + K)."""
-    low, high = _extremes(foot.segment, foot.t, foot.distance_mm, line.starts, len(line.nodes_mm))
+    low, high = np.full(len(line.nodes_mm), np.inf), np.full(len(line.nodes_mm), -np.inf)
+    node, distance = _nearest_nodes(foot, line), foot.distance_mm[foot.valid]
+    np.minimum.at(low, node, distance)
+    np.maximum.at(high, node, distance)
     return np.where(high >= low, high - low, np.nan)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _extremes(
-    segment: Ints32, t: Floats, distance: Floats, starts: Ints, nodes: int
-) -> tuple[Floats, Floats]:
-    low, high = np.full(nodes, np.inf), np.full(nodes, -np.inf)
-    for i in range(len(segment)):
-        if segment[i] >= 0:
-            node = starts[segment[i]] + (1 if t[i] > 0.5 else 0)
-            low[node], high[node] = min(low[node], distance[i]), max(high[node], distance[i])
-    return low, high
+def _nearest_nodes(foot: Foot, line: Polyline) -> Ints:
+    """(N,) node that each point with a foot is nearest to."""
+    found = foot.valid
+    return line.starts[foot.segment[found]] + (foot.t[found] > 0.5)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from scipy.linalg import solveh_banded
 
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.generatrix.polyline import Foot, Polyline
@@ -60,12 +61,12 @@ def step(
         The points' multiplicities: then the step is towards the median, else Tukey's.
 
     """
-    normals, cosine = _node_normals(line.nodes_mm, line.starts)
+    normals, cosine = _node_normals(line)
     diagonal, upper, right, number, square = _normal_equations(
         foot.segment,
         foot.t,
         foot.distance_mm,
-        _skew(line.nodes_mm, line.starts, tangents),
+        _skew(line, tangents),
         line.starts,
         cosine,
         scale_mm,
@@ -81,89 +82,48 @@ def step(
 
 def smooth_tangents(line: Polyline) -> Floats:
     """(M, 2) mean direction of each segment and the two on either side, as far as the curve does not turn."""
-    smooth: Floats = _smooth_tangents(line.nodes_mm, line.starts)
-    return smooth
+    steps, unit = line.steps_mm, line.steps_mm / line.lengths_mm[:, None]
+    total, count = steps.copy(), len(steps)
+    for ahead in range(1, min(3, count)):
+        one, other = slice(None, count - ahead), slice(ahead, None)
+        alike = (line.starts[other] - line.starts[one] == ahead) & (
+            (unit[one] * unit[other]).sum(axis=1) > _ALIKE
+        )
+        total[one] += alike[:, None] * steps[other]
+        total[other] += alike[:, None] * steps[one]
+    return np.asarray(total / np.hypot(*total.T)[:, None])
 
 
 def _multiplicity(count: Floats | None) -> tuple[bool, Floats]:
     return count is None, np.empty(0) if count is None else count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _steps(nodes: Floats, starts: Ints) -> tuple[Floats, Floats]:
-    """(M, 2) steps of the segments and (M,) their lengths."""
-    steps, lengths = np.empty((len(starts), 2)), np.empty(len(starts))
-    for k in range(len(starts)):
-        for e in range(2):
-            steps[k, e] = nodes[starts[k] + 1, e] - nodes[starts[k], e]
-        lengths[k] = np.sqrt(steps[k, 0] ** 2 + steps[k, 1] ** 2)
-    return steps, lengths
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _smooth_tangents(nodes: Floats, starts: Ints) -> Floats:
-    steps, lengths = _steps(nodes, starts)
-    smooth: Floats = np.empty_like(steps)
-    for k in range(len(starts)):
-        z, r = steps[k, 0], steps[k, 1]
-        for j in range(max(k - 2, 0), min(k + 3, len(starts))):
-            cosine = (steps[j, 0] * steps[k, 0] + steps[j, 1] * steps[k, 1]) / (lengths[j] * lengths[k])
-            if j != k and starts[j] - starts[k] == j - k and cosine > _ALIKE:
-                z, r = z + steps[j, 0], r + steps[j, 1]
-        length = np.sqrt(z * z + r * r)
-        smooth[k, 0], smooth[k, 1] = z / length, r / length
-    return smooth
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _skew(nodes: Floats, starts: Ints, tangents: Floats) -> Floats:
+def _skew(line: Polyline, tangents: Floats) -> Floats:
     """(M,) by how much of a segment the foot of a point moves per distance, measured across the tangents."""
-    steps, lengths = _steps(nodes, starts)
-    skew = np.empty(len(starts))
-    for k in range(len(starts)):
-        along = (tangents[k, 0] * steps[k, 0] + tangents[k, 1] * steps[k, 1]) / lengths[k]
-        across = tangents[k, 0] * steps[k, 1] - tangents[k, 1] * steps[k, 0]
-        skew[k] = across / (lengths[k] ** 2 * max(along, 0.3))
-    return skew
+    steps, lengths = line.steps_mm, line.lengths_mm
+    along = (tangents * steps).sum(axis=1) / lengths
+    across = tangents[:, 0] * steps[:, 1] - tangents[:, 1] * steps[:, 0]
+    return np.asarray(across / (lengths**2 * np.maximum(along, 0.3)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _node_normals(nodes: Floats, starts: Ints) -> tuple[Floats, Floats]:
+def _node_normals(line: Polyline) -> tuple[Floats, Floats]:
     """(K, 2) unit bisecting normals, and (M, 2) their cosines to the normals of the segments they bound."""
-    steps, lengths = _steps(nodes, starts)
-    total, cosine = np.zeros_like(nodes), np.empty((len(starts), 2))
-    for k in range(len(starts)):
-        for node in (starts[k], starts[k] + 1):
-            total[node, 0] -= steps[k, 1] / lengths[k]
-            total[node, 1] += steps[k, 0] / lengths[k]
-    for i in range(len(nodes)):
-        length = max(np.sqrt(total[i, 0] ** 2 + total[i, 1] ** 2), 1e-12)
-        total[i, 0], total[i, 1] = total[i, 0] / length, total[i, 1] / length
-    for k in range(len(starts)):
-        for e in range(2):
-            z, r = total[starts[k] + e]
-            cosine[k, e] = max((r * steps[k, 0] - z * steps[k, 1]) / lengths[k], 0.3)
-    return total, cosine
+    total, ends = np.zeros_like(line.nodes_mm), (line.starts, line.starts + 1)
+    for nodes in ends:
+        total[nodes] += line.normals  # each node begins one segment at most, and ends one
+    total /= np.maximum(np.hypot(*total.T), 1e-12)[:, None]
+    cosine = np.stack([(total[nodes] * line.normals).sum(axis=1) for nodes in ends], axis=1)
+    return total, np.maximum(cosine, 0.3)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _offsets(diagonal: Floats, upper: Floats, right: Floats, starts: Ints) -> Floats:
-    """Solution of the stiffened tridiagonal system, by elimination (it is positive definite)."""
-    size = len(diagonal)
+    """Solution of the stiffened tridiagonal system (it is positive definite)."""
     stiffness = _STIFFNESS * diagonal.mean() + 1e-300
-    pivot, beside, offset = diagonal + 1e-9 * stiffness, upper.copy(), right.copy()
-    for node in starts:
-        pivot[node] += stiffness
-        pivot[node + 1] += stiffness
-        beside[node] -= stiffness
-    for i in range(1, size):
-        factor = beside[i - 1] / pivot[i - 1]
-        pivot[i] -= factor * beside[i - 1]
-        offset[i] -= factor * offset[i - 1]
-    offset[size - 1] /= pivot[size - 1]
-    for i in range(size - 2, -1, -1):
-        offset[i] = (offset[i] - beside[i] * offset[i + 1]) / pivot[i]
-    return offset
+    banded = np.stack([np.roll(upper, 1), diagonal + 1e-9 * stiffness])
+    banded[0, starts + 1] -= stiffness
+    for nodes in (starts, starts + 1):
+        banded[1, nodes] += stiffness
+    return np.asarray(solveh_banded(banded, right))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

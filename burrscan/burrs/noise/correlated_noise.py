@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.field import Field
@@ -23,8 +22,6 @@ _FEWEST = 300
 """Vertices: a quantile of 80 % of so many is known to 5 %; with fewer the class of the alike is widened."""
 _OCTAVES = 0.5
 """Vertices are alike whose noise differs by no more than so many factors of two."""
-_BIN, _BINS = 0.01, 4000
-"""Quantiles are read off histograms, in units of the noise."""
 
 
 @dataclass(frozen=True)
@@ -98,46 +95,29 @@ def _by_their_like(doubt: Doubt, like: Floats, apart: Bools) -> tuple[float, flo
     total, own = 1.0, 1.0
     while count < min(_FEWEST, len(apart) // 2) and reach < 32.0:
         reach *= 2.0
-        count, total, own = _spreads(doubt.grade, doubt.size, doubt.rough, apart, middle, reach)
+        count, total, own = _spreads(doubt, apart & (np.abs(doubt.grade - middle) <= reach))
     total = max(total, 1.0)
     own = min(own, total)
     return own * 2.0**middle, float(np.sqrt(total**2 - own**2)) * 2.0**middle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _spreads(
-    grade: Floats, size: Floats, rough: Floats, apart: Bools, middle: float, reach: float
-) -> tuple[int, float, float]:
+def _spreads(doubt: Doubt, alike: Bools) -> tuple[int, float, float]:
     """How many vertices are alike, and the robust spread of their sizes and of their roughness."""
-    sizes, roughs = np.zeros(_BINS, np.int64), np.zeros(_BINS, np.int64)
-    for i in range(len(grade)):
-        if apart[i] and abs(grade[i] - middle) <= reach:
-            sizes[min(int(size[i] / _BIN), _BINS - 1)] += 1
-            if rough[i] >= 0.0:
-                roughs[min(int(rough[i] / _BIN), _BINS - 1)] += 1
-    return sizes.sum(), _quantile(sizes), _quantile(roughs)
+    rough = doubt.rough[alike]
+    return int(alike.sum()), _spread(doubt.size[alike]), _spread(rough[np.isfinite(rough)])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _quantile(histogram: Ints) -> float:
-    """The spread of which a histogram's 80 % point tells; 1 for an empty one."""
-    most, passed = _SHARE * histogram.sum(), 0
-    for k in range(len(histogram)):
-        if passed + histogram[k] >= most > 0.0:
-            return float((k + (most - passed) / histogram[k]) * _BIN / _GAUSSIAN)
-        passed += histogram[k]
-    return 1.0
+def _spread(sizes: Floats) -> float:
+    """The spread of which the 80 % point of some sizes tells; 1 without any."""
+    return float(np.quantile(sizes, _SHARE)) / _GAUSSIAN if len(sizes) else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _roughness(deviation: Floats, noise: Floats, cell: Ints32, shape: tuple[int, int]) -> Floats:
     """(N,) difference to the vertex before it in its cell over the root of two, in units of both's noise."""
-    last = np.full(shape, -1, np.int64)
+    flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
+    order = np.argsort(flat, kind="stable")
+    same = flat[order[1:]] == flat[order[:-1]]
+    own, before = order[1:][same], order[:-1][same]
     rough = np.full(len(deviation), np.nan)
-    for i in range(len(deviation)):
-        j = last[cell[i, 0], cell[i, 1]]
-        if j >= 0:
-            both = noise[i] * noise[i] + noise[j] * noise[j]
-            rough[i] = abs(deviation[i] - deviation[j]) / np.sqrt(both)
-        last[cell[i, 0], cell[i, 1]] = i
+    rough[own] = np.abs(deviation[own] - deviation[before]) / np.hypot(noise[own], noise[before])
     return rough
