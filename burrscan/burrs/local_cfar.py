@@ -127,10 +127,13 @@ def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
 
 def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001
     """Cells within ``by`` of the given ones, in rows and columns."""
-    size = 2 * by + 1
-    grown = ndimage.maximum_filter1d(cells.astype(np.uint8), size, axis=0, mode="constant")
-    grown = ndimage.maximum_filter1d(grown, size, axis=1, mode="wrap" if closed else "constant")
-    return np.asarray(grown.astype(np.bool_))
+    grown, rows = np.zeros_like(cells), np.flatnonzero(np.logical_or.reduce(cells, axis=1))
+    if len(rows):
+        near = slice(max(int(rows[0]) - by, 0), int(rows[-1]) + by + 1)
+        size, part = 2 * by + 1, cells[near].astype(np.uint8)
+        across = ndimage.maximum_filter1d(part, size, axis=1, mode="wrap" if closed else "constant")
+        grown[near] = ndimage.maximum_filter1d(across, size, axis=0, mode="constant").astype(np.bool_)
+    return grown
 
 
 def _box_means(
@@ -147,8 +150,9 @@ def _box_means(
     """
     reach = slice(max(span[0] - box[0] // 2, 0), span[1] + box[0] // 2)
     near = (cell[:, 0] >= reach.start) & (cell[:, 0] < reach.stop)
-    total = np.zeros(count.shape)
-    np.add.at(total, (cell[near, 0], cell[near, 1]), np.clip(deviation[near], -most, most))
+    flat = np.ravel_multi_index((cell[near, 0], cell[near, 1]), count.shape)
+    cut = np.clip(deviation[near], -most, most)
+    total = np.asarray(np.bincount(flat, cut, count.size), np.float64).reshape(count.shape)
     sums = []
     for image in (count[reach], total[reach]):
         for axis in (0, 1):

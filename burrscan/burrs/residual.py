@@ -17,7 +17,7 @@ from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
-from burrscan.burrs.light.shine import mirrored_share
+from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
@@ -90,9 +90,7 @@ def burrs_residual(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
         share = mirrored_share(looks, surface)
-        certain = [
-            one._replace(burr=_less_sure(one.burr, share * one.burr.height_mm.value)) for one in certain
-        ]
+        certain = [one._replace(burr=_interreflected(one.burr, share)) for one in certain]
         certain, dark = _told_by_light(certain, places, surface)
         seen = [called(place, surface, axis) for place in dark]
         if not several_views:
@@ -148,16 +146,21 @@ def _told_by_light(
         if any(belongs(one.burr, place, surface) for one in confirmed):
             continue
         here = [belongs(one.burr, place, surface) for one in open_]
-        same = [
-            one
-            for one, near in zip(open_, here, strict=True)
-            if near and (one.burr.side == "protrusion") == (place.side > 0)
-        ]
+        beside = [one for one, near in zip(open_, here, strict=True) if near]
+        side = "protrusion" if place.side > 0 else "nick"
+        if place.undecided and beside:
+            side = max(beside, key=lambda one: one.size).burr.side
+        same = [one for one in beside if one.burr.side == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
         confirmed += [one._replace(burr=doubted(one.burr, place, surface)) for one in same]
         if not same:
             dark.append(place)
     return open_ + confirmed, dark
+
+
+def _interreflected(burr: Burr, mirrored: float) -> Burr:
+    """The burr with sizes that allow for light that came by way of other surfaces."""
+    return _less_sure(burr, float(np.hypot(mirrored, walls_share(burr))) * burr.height_mm.value)
 
 
 def _less_sure(burr: Burr, shared_mm: float) -> Burr:

@@ -102,10 +102,21 @@ class Place:
         """
         if self.told is not None and self.told.side:
             return self.told.side
-        more = self.above + _HIDES * self.unmeasured - self.below
+        more = self._more
         if more == 0.0 and self.told is not None:
             more = self.told.ridge_over_nick
         return 1 if more >= 0.0 else -1
+
+    @property
+    def undecided(self) -> bool:
+        """Whether nothing is told, and as much seen above as below, to a standard deviation of the count."""
+        told = self.told is not None and self.told.side != 0
+        return not told and abs(self._more) <= np.sqrt(self.above + self.below + self.unmeasured)
+
+    @property
+    def _more(self) -> float:
+        """Cells that speak for material too much, less those that speak against it."""
+        return self.above + _HIDES * self.unmeasured - self.below
 
 
 def disturbed(

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from burrscan.burrs import burrs_residual
+from burrscan.burrs import burrs_residual, residual
+from burrscan.burrs.light.disturbed import Place
 from burrscan.inspection import Burr
 from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
 from tests.burrscan.parts import turned
@@ -129,3 +132,19 @@ def test_a_small_place_beside_a_burr_that_a_large_one_confirmed_takes_nothing_fr
     (burr,) = burrs_of(scene, seen=True)
     assert burr.side == alone.side == "protrusion"
     assert burr.length_mm.value == pytest.approx(27.0, abs=3.0)
+
+
+@pytest.mark.parametrize(("above", "below", "kept"), [(34, 34, True), (36, 32, True), (50, 18, False)])
+def test_what_the_light_leaves_open_the_depth_decides(
+    above: int, below: int, *, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A nick of matt paint 225 sigma deep was called a ridge, for as many of its cells lay above as below."""
+    monkeypatch.setattr(residual, "belongs", lambda *_: True)
+    monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
+    nick = residual._Certain(SimpleNamespace(), SimpleNamespace(side="nick"), 225.0)  # type: ignore[arg-type]
+    halo = residual._Certain(SimpleNamespace(), SimpleNamespace(side="protrusion"), 4.0)  # type: ignore[arg-type]
+    place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
+    certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
+    assert certain == ([nick] if kept else [halo])
+    assert dark == []
+    assert residual._told_by_light([], [place], SimpleNamespace()) == ([], [place])  # type: ignore[arg-type]
