@@ -27,15 +27,15 @@ regress: $(READY) ## run the suite 'quick' against its accepted baseline; fails 
 	$(BIN)/burrscan compare reports/baselines/quick $(REGRESS) --markdown $(REGRESS)/compare.md \
 	  --junit $(REGRESS)/compare.xml --json $(REGRESS)/compare.json
 
-test: $(READY) ## set up and run every test; on Debian as root also a browser for those that look at pages
-	@.ci/browser $(BIN)/python
+test: $(READY) ## set up and run every test; on Debian as root also the browser and shells that some use
+	@.ci/extras $(BIN)/python
 	$(BIN)/pytest $(EVERY_CORE) --durations=10 -rs
 
 test-fast: $(READY) ## the tests that take a minute together, while you write
 	$(BIN)/pytest $(EVERY_CORE) -m "not slow"
 
 coverage: $(READY) ## every test, and which lines they reach: htmlcov/index.html
-	@.ci/browser $(BIN)/python
+	@.ci/extras $(BIN)/python
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest
 	$(BIN)/coverage combine --quiet

@@ -125,7 +125,7 @@ def test_the_changelog_knows_this_version() -> None:
     )
 
 
-@pytest.mark.parametrize("script", [".ci/run", ".ci/setup", ".ci/browser"])
+@pytest.mark.parametrize("script", [".ci/run", ".ci/setup", ".ci/extras"])
 def test_scripts_are_executable_and_parse(script: str) -> None:
     assert os.access(ROOT / script, os.X_OK)
     bash = shutil.which("bash")
