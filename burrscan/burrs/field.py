@@ -16,7 +16,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
-from burrscan.generatrix.tracing.cells import arc_of
+from burrscan.generatrix.tracing.cells import arc_of, past_start
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import placed
 from burrscan.robust import SIGMA_PER_MEDIAN
@@ -213,8 +213,7 @@ def _cells(
     step_rad: float,
     shape: tuple[int, int],
 ) -> Ints32:
-    turn = angle - arc[0]
-    turn += 2.0 * np.pi * (turn < 0.0)  # both within -π to π
+    turn = past_start(angle, arc)
     row = np.minimum((along / step_mm).astype(np.int32), shape[0] - 1)
     return np.stack([row, np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)], axis=1)
 

@@ -7,6 +7,7 @@ import numpy as np
 from burrscan.arrays import Floats, Ints
 from burrscan.generatrix.polyline import Foot, Polyline
 from burrscan.generatrix.refine import Step
+from burrscan.generatrix.tracing.cells import past_start
 
 _SECTORS = 16
 """Of the arc: their scatter has 15 degrees of freedom, and each still averages over what neighbours share."""
@@ -44,9 +45,8 @@ def _sector_sums(
 ) -> tuple[Floats, Floats]:
     """(K, sectors) how many points are near a node in a sector, and the sum of their distances."""
     node, distance = _nearest_nodes(foot, line), foot.distance_mm[foot.valid]
-    turn = angle[foot.valid] - arc[0]
-    turn += 2.0 * np.pi * (turn < 0.0)  # both within -π to π
-    sector = np.minimum((turn / arc[1] * _SECTORS).astype(int), _SECTORS - 1)
+    share = past_start(angle[foot.valid], arc) / arc[1]
+    sector = np.minimum((share * _SECTORS).astype(int), _SECTORS - 1)
     near = np.abs(distance) < 4.0 * scale[node]
     cell, shape = (node * _SECTORS + sector)[near], (len(scale), _SECTORS)
     size = len(scale) * _SECTORS

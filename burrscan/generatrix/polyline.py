@@ -151,7 +151,7 @@ def candidates(
     size = np.ceil((high - low) / side).astype(np.int64)
     index, place = _occupied(z, r, low, size, side)
     centres = low + (place + 0.5) * side
-    first, segments = _lists(centres, *_unpacked(line.nodes_mm, line.starts), side, slack_mm, reach_mm)
+    first, segments = _lists(centres, *_unpacked(line), side, slack_mm, reach_mm)
     return Candidates(low, side, index, first, segments)
 
 
@@ -212,9 +212,9 @@ def _lists(
     return first, segments[:count]
 
 
-def _unpacked(nodes: Floats, starts: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _unpacked(line: Polyline) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Start (a, b), step (dz, dr) and inverse squared length of every segment."""
-    (a, b), (dz, dr) = nodes[starts].T.copy(), (nodes[starts + 1] - nodes[starts]).T.copy()
+    (a, b), (dz, dr) = line.nodes_mm[line.starts].T.copy(), line.steps_mm.T.copy()
     return a, b, dz, dr, 1.0 / (dz * dz + dr * dr)
 
 
@@ -246,8 +246,8 @@ class Foot:
 
 def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm: float) -> Foot:
     """Nearest places; points that lie more than ``overshoot_mm`` beyond an open end have none. O(V)."""
-    begins, ends = _open_ends(line.nodes_mm, line.starts)
-    unpacked = _unpacked(line.nodes_mm, line.starts)
+    begins, ends = _open_ends(line)
+    unpacked = _unpacked(line)
     root = np.sqrt(unpacked[-1])
     return Foot(
         *_feet(
@@ -268,13 +268,13 @@ def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm
     )
 
 
-def _open_ends(nodes: Floats, starts: Ints) -> tuple[Bools, Bools]:
+def _open_ends(line: Polyline) -> tuple[Bools, Bools]:
     """Segments that begin, and segments that end, where their piece has an open end."""
-    begins, ends = np.zeros(len(starts), bool), np.zeros(len(starts), bool)
-    last = np.flatnonzero(np.diff(starts, append=-1) != 1)
-    first = np.concatenate([[0], last[:-1] + 1])
-    is_open = (nodes[starts[first]] != nodes[starts[last] + 1]).any(axis=1)
-    begins[first], ends[last] = is_open, is_open
+    begins, ends = np.zeros(len(line.starts), bool), np.zeros(len(line.starts), bool)
+    first, last = np.array(line.pieces).T
+    is_open = (line.nodes_mm[first] != line.nodes_mm[last]).any(axis=1)
+    begins[np.searchsorted(line.starts, first)] = is_open
+    ends[np.searchsorted(line.starts, last - 1)] = is_open
     return begins, ends
 
 

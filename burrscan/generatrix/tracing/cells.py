@@ -278,6 +278,12 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     )
 
 
+def past_start(angle: Floats, arc: tuple[float, float]) -> Floats:
+    """(N,) radians from the arc's start to angles within -π to π, 0 to 2π: a remainder would be dear."""
+    turn = angle - arc[0]
+    return np.asarray(turn + 2.0 * np.pi * (turn < 0.0))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def along_arc(angle: float, arc: tuple[float, float]) -> float:
     """Share of the arc, 0 to 1, before an angle; angles are within -π to π (a remainder would be dear)."""
