@@ -9,12 +9,15 @@ import pytest
 
 from burrscan.burrs import burrs_residual, residual
 from burrscan.burrs.light.disturbed import Place
+from burrscan.burrs.light.shine import walls_share
 from burrscan.inspection import Burr
 from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
 from tests.burrscan.parts import turned
 
 
-def burrs_of(scene: Scene, *, seen: bool, limit_mm: float | None = None) -> tuple[Burr, ...]:
+def burrs_of(
+    scene: Scene, *, seen: bool, limit_mm: float | None = None, several_views: bool = False
+) -> tuple[Burr, ...]:
     """The burrs of the scene's mesh: neighbouring pixels joined, where all have a depth."""
     sight = scene.sight()
     there = np.isfinite(sight.points_mm[..., 2])
@@ -30,6 +33,7 @@ def burrs_of(scene: Scene, *, seen: bool, limit_mm: float | None = None) -> tupl
         sigma_mm=scene.depth_noise_mm,
         sight=sight if seen else None,
         limit_mm=limit_mm,
+        several_views=several_views,
     )
 
 
@@ -148,3 +152,25 @@ def test_what_the_light_leaves_open_the_depth_decides(
     assert certain == ([nick] if kept else [halo])
     assert dark == []
     assert residual._told_by_light([], [place], SimpleNamespace()) == ([], [place])  # type: ignore[arg-type]
+
+
+def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
+    scene = Scene()
+    cells = scene.band(0.0, 5.0, -15.0, 12.0)
+    scene.lift_mm[cells] -= 3.0 * (1.0 - np.abs(scene.around[cells]) / 2.5)
+    (plain,), (burr,) = (burrs_of(scene, seen=seen) for seen in (False, True))
+    assert burr.side == plain.side == "nick"
+    assert walls_share(burr) > 0.2
+    assert burr.height_mm.value == plain.height_mm.value
+    assert burr.height_mm.sigma > walls_share(burr) * burr.height_mm.value
+    assert plain.height_mm.sigma < 0.5 * burr.height_mm.sigma
+
+
+def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some() -> None:
+    scene = Scene()
+    across = scene.around - 0.3 * scene.along
+    cells = scene.on & (np.abs(across) < 0.75) & (np.abs(scene.along) < 20.0)
+    scene.log_light[cells] += np.log(4.0)
+    scene.lift_mm[cells] += 0.6 * np.sign(across[cells])
+    assert burrs_of(scene, seen=True) == ()
+    assert len(burrs_of(scene, seen=True, several_views=True)) == 1
