@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from burrscan.burrs import burrs_residual, residual
-from burrscan.burrs.light.disturbed import Place
+from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.shine import walls_share
 from burrscan.inspection import Burr
 from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
@@ -166,7 +167,16 @@ def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
     assert plain.height_mm.sigma < 0.5 * burr.height_mm.sigma
 
 
-def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some() -> None:
+def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[bool] = []
+
+    def spied(*given: Any, scratches: bool, **options: Any) -> Any:
+        asked.append(scratches)
+        return disturbed(*given, scratches=scratches, **options)
+
+    monkeypatch.setattr(residual, "disturbed", spied)
     scene = Scene()
     across = scene.around - 0.3 * scene.along
     cells = scene.on & (np.abs(across) < 0.75) & (np.abs(scene.along) < 20.0)
@@ -174,3 +184,4 @@ def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some() -> 
     scene.lift_mm[cells] += 0.6 * np.sign(across[cells])
     assert burrs_of(scene, seen=True) == ()
     assert len(burrs_of(scene, seen=True, several_views=True)) == 1
+    assert asked == [False, True]
