@@ -74,14 +74,14 @@ def main() -> None:
 
 def _empty(cases: int) -> None:
     with _cluster("--nworkers", str(usable_cores())) as file:
-        wall_s, own_s = _timed(file, _suite(cases), empty, workers=usable_cores())
+        wall_s, own_s, _ = _timed(file, _suite(cases), empty, workers=usable_cores())
     print(f"empty: {1e3 * wall_s / cases:.2f} ms per case, of them the driver's {1e3 * own_s / cases:.2f} ms")
 
 
 def _driver(workers: int) -> None:
     cases = 10 * workers
     with _scheduler() as file, _started(["-m", "bench.perf.cluster", "--host", str(file), str(workers)]):
-        wall_s, own_s = _timed(file, _suite(cases), waiting, workers=workers)
+        wall_s, own_s, _ = _timed(file, _suite(cases), waiting, workers=workers)
     print(
         f"driver: {workers} simulated workers, {cases / wall_s:.0f} of {workers / WAIT_S:.0f} cases/s, "
         f"{1e3 * own_s / cases:.2f} ms of processor per case, {100.0 * own_s / wall_s:.0f} % of a core"
@@ -99,8 +99,7 @@ def _scaling(cases: int) -> None:
                 workers=workers,
             )  # fmt: skip (compiled kernels are loaded)
             suite = suite_from({**_MESH, "seeds": list(range(cases))}, source="perf")
-            wall_s, _ = _timed(file, suite, examine, workers=workers)
-        pace = 60.0 * cases / wall_s
+            *_, pace = _timed(file, suite, examine, workers=workers)
         alone = alone or pace
         print(
             f"scaling: {workers} workers, {pace:.1f} cases/min, "
@@ -133,34 +132,46 @@ def _limit(cases: int) -> None:
 def _free(first: int, cases: int) -> None:
     """One of several processes that start together: print its cases per minute after the first."""
     suite = suite_from({**_MESH, "seeds": list(range(first, first + cases))}, source="perf")
-    ended: list[float] = []
-
-    def tick(state: Progress) -> None:
-        if state.done > len(ended):
-            ended.append(time.perf_counter())
-
+    pace = _Pace()
     with tempfile.TemporaryDirectory() as folder:
-        run_suite(suite, Path(folder) / "r", workers=1, progress=tick, examine_case=examine)
-    print(60.0 * (len(ended) - 1) / (ended[-1] - ended[0]))
+        run_suite(suite, Path(folder) / "r", workers=1, progress=pace, examine_case=examine)
+    print(pace.per_minute)
 
 
 def _suite(cases: int) -> Suite:
     return suite_from({**_MESH, "seeds": list(range(cases))}, source="perf")
 
 
-def _timed(file: Path, suite: Suite, what: Examine, *, workers: int) -> tuple[float, float]:
-    """Wall time and this process's own of a run, from its first case's end: before it, workers are vetted."""
+class _Pace:
+    """Cases per minute from the first case's end, before which workers are vetted, to the last's."""
+
+    def __init__(self) -> None:
+        self.began_s = self.ended_s = (0.0, 0.0)
+        self.first = self.done = 0
+
+    def __call__(self, state: Progress) -> None:
+        if state.done > self.done:
+            self.ended_s, self.done = (time.perf_counter(), time.process_time()), state.done
+            if not self.first:
+                self.began_s, self.first = self.ended_s, self.done
+
+    @property
+    def per_minute(self) -> float:
+        return 60.0 * (self.done - self.first) / (self.ended_s[0] - self.began_s[0])
+
+
+def _timed(file: Path, suite: Suite, what: Examine, *, workers: int) -> tuple[float, float, float]:
+    """Of a run with its tables, from its first case's end: wall time, this process's own, and the pace."""
     _await_workers(file, workers)
-    began: list[tuple[float, float]] = []
-
-    def tick(state: Progress) -> None:
-        if state.done and not began:
-            began.append((time.perf_counter(), time.process_time()))
-
+    pace = _Pace()
     with tempfile.TemporaryDirectory() as folder:
-        run_suite(suite, Path(folder) / "r", engine=Dask(str(file), suite, say=lambda _: None), progress=tick,
+        run_suite(suite, Path(folder) / "r", engine=Dask(str(file), suite, say=lambda _: None), progress=pace,
                   examine_case=what)  # fmt: skip
-        return time.perf_counter() - began[0][0], time.process_time() - began[0][1]
+        wall_s, own_s = (
+            now - began
+            for now, began in zip((time.perf_counter(), time.process_time()), pace.began_s, strict=True)
+        )
+    return wall_s, own_s, pace.per_minute
 
 
 def _await_workers(file: Path, count: int) -> None:

@@ -28,6 +28,9 @@ _VERTICES_ACROSS = 1.5
 _MOST_CELLS = 4_000_000
 """Bounds memory: a few images of 8 bytes a cell. Larger meshes get coarser cells, and narrow burrs fewer of
 them."""
+_APART_CELLS = 27
+"""Rows between pieces of the curve that lie as far apart or farther: as long as the longest box that is
+matched, so that none holds vertices of two surfaces."""
 _MOSTLY_FILLED = 0.7
 """Share of cells with a vertex: 2.25 random vertices a cell fill 89 %; much less, and part of the field is
 unseen."""
@@ -57,8 +60,8 @@ class Field:
     Parameters
     ----------
     along_mm, angle, deviation_mm, sigma_mm
-        (N,) arc length along the generatrix, angle in the part frame (radians), deviation less the
-        background, and local noise of each vertex.
+        (N,) arc length along the generatrix and the gaps between its pieces, angle in the part frame
+        (radians), deviation less the background, and local noise of each vertex.
     foot
         (N, 2) nearest place (z, r) on the generatrix.
     normal
@@ -155,15 +158,15 @@ def _gridded(
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
     step_mm, step_rad, shape = _steps(line, arc, len(angle))
-    along, place, normal = _placed(line, foot)
-    cell = _cells(along, angle, arc, step_mm, step_rad, shape)
-    filled = _filled(cell, shape)
+    place, normal = line.places_mm(foot.segment, foot.t), line.normals[foot.segment]
+    along, cell = _cells(line, foot, angle, arc, (step_mm, step_rad), shape)
+    filled = _filled(cell, line, step_mm, shape)
     if filled < _MOSTLY_FILLED:
         # Most of the field is hidden from this view: what is seen is sampled more finely than thought.
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
-        cell = _cells(along, angle, arc, step_mm, step_rad, shape)
+        along, cell = _cells(line, foot, angle, arc, (step_mm, step_rad), shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
-    deviation = _flattened(deviation, along, step_mm, shape[0], spread)
+    deviation = _flattened(deviation, along, step_mm, cell[:, 0], spread)
     local = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(local, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
@@ -195,27 +198,25 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     area = float((line.lengths_mm * radius).sum()) * arc[1]
     side = max(_VERTICES_ACROSS * np.sqrt(area / max(vertices, 1)), np.sqrt(area / _MOST_CELLS))
     turn = side / (area / (total * arc[1]))
-    shape = (max(int(np.ceil(total / side)), 1), max(int(np.ceil(arc[1] / turn)), 1))
-    return total / shape[0], arc[1] / shape[1], shape
-
-
-def _placed(line: Polyline, foot: Foot) -> tuple[Floats, Floats, Floats]:
-    """Arc length, foot and normal of every vertex."""
-    along = line.along_mm[foot.segment] + foot.t * line.lengths_mm[foot.segment]
-    return along, line.places_mm(foot.segment, foot.t), line.normals[foot.segment]
+    whole = float(line.apart_mm(_APART_CELLS * side)[-1] + line.lengths_mm[-1])
+    shape = (max(int(np.ceil(whole / side)), 1), max(int(np.ceil(arc[1] / turn)), 1))
+    return whole / shape[0], arc[1] / shape[1], shape
 
 
 def _cells(
-    along: Floats,
+    line: Polyline,
+    foot: Foot,
     angle: Floats,
     arc: tuple[float, float],
-    step_mm: float,
-    step_rad: float,
+    steps: tuple[float, float],
     shape: tuple[int, int],
-) -> Ints32:
+) -> tuple[Floats, Ints32]:
+    """Arc length, and row and column, of every vertex."""
+    step_mm, step_rad = steps
+    along = line.apart_mm(_APART_CELLS * step_mm)[foot.segment] + foot.t * line.lengths_mm[foot.segment]
     turn = past_start(angle, arc)
     row = np.minimum((along / step_mm).astype(np.int32), shape[0] - 1)
-    return np.stack([row, np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)], axis=1)
+    return along, np.stack([row, np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)], axis=1)
 
 
 def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
@@ -226,11 +227,12 @@ def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
     return most
 
 
-def _filled(cell: Ints32, shape: tuple[int, int]) -> float:
-    """Share of the cells that hold a vertex."""
+def _filled(cell: Ints32, line: Polyline, step_mm: float, shape: tuple[int, int]) -> float:
+    """Share of the curve's cells that hold a vertex."""
     used = np.zeros(shape, np.bool_)
     used[cell[:, 0], cell[:, 1]] = True
-    return max(float(used.mean()), 0.02)
+    rows = max(float(line.lengths_mm.sum()) / step_mm, 1.0)
+    return max(float(used.sum()) / (rows * shape[1]), 0.02)
 
 
 def levelled(
@@ -266,15 +268,16 @@ def levelled(
     return deviation, np.maximum(spread, _QUIETEST * overall)
 
 
-def _flattened(deviation: Floats, along: Floats, step_mm: float, rows: int, spread: Floats) -> Floats:
+def _flattened(deviation: Floats, along: Floats, step_mm: float, row: Ints32, spread: Floats) -> Floats:
     """Deviations less the level of their parallel, which is finer than a row where there are many vertices.
 
     What is common to a parallel is the generatrix's error, not a burr: edges of the part are rounded off
     within less than a row.
     """
-    parts = int(np.clip(len(deviation) / (rows * _FINEST_ROW), 1, _MOST_PARTS))
-    parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * rows - 1)
-    level = _levels(deviation, parallel, parts * rows, 3.0 * _CORE * float(np.median(spread)))
+    used = np.unique(row)
+    parts = int(np.clip(len(deviation) / (len(used) * _FINEST_ROW), 1, _MOST_PARTS))
+    parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * len(spread) - 1)
+    level = _levels(deviation, parallel, parts * len(spread), 3.0 * _CORE * float(np.median(spread[used])))
     return np.asarray(deviation - level[parallel])
 
 

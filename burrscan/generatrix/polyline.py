@@ -50,6 +50,19 @@ class Polyline:
         """(M,) arc length, over all pieces without the gaps, at which each segment starts."""
         return np.concatenate([[0.0], np.cumsum(self.lengths_mm)[:-1]])
 
+    def apart_mm(self, most_mm: float) -> Floats:
+        """(M,) :attr:`along_mm` with the gaps, each as long as it is or ``most_mm``.
+
+        Neighbours in such an order are neighbours on the part, which pieces end to end need not be.
+        """
+        along = self.along_mm
+        if len(self.pieces) > 1:
+            first, last = (self.nodes_mm[list(ends)] for ends in zip(*self.pieces, strict=True))
+            gaps = np.minimum(np.hypot(*(first[1:] - last[:-1]).T), most_mm)
+            begins = np.flatnonzero(np.diff(self.starts) > 1) + 1
+            along[begins[0] :] += np.repeat(np.cumsum(gaps), np.diff(np.append(begins, len(along))))
+        return along
+
     @property
     def normals(self) -> Floats:
         """(M, 2) unit normals (z, r), outwards."""

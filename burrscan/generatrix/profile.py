@@ -53,7 +53,7 @@ def _meridian(vertices: Floats, transform: Floats) -> tuple[Floats, Floats]:
     return z, r
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy")
 def angle_of(y: float, x: float) -> float:
     """atan2 within two units in the last place, without branches: loops of it become vector instructions.
 

@@ -62,15 +62,16 @@ def wanders_flat(cells: Bools, deviation_mm: Floats, *, pixel_mm: float) -> bool
     """
     rows, columns = np.nonzero(cells)
     used = np.unique(rows)
-    sums, middles = np.empty(len(used)), np.empty(len(used))
+    sums, squares, middles = (np.empty(len(used)) for _ in range(3))
     for k, row in enumerate(used):
         at = columns[rows == row]
         near = _cells(float(at.min()) - _BESIDE_CELLS, float(at.max()) + _BESIDE_CELLS)
-        sums[k] = np.nansum(deviation_mm[row, near])
+        sums[k], squares[k] = (np.nansum(deviation_mm[row, near] ** power) for power in (1, 2))
         middles[k] = at.mean()
     stretches = 1.0 + abs(float(np.polyfit(used, middles, 1)[0])) * float(used[-1] - used[0])
-    small = float(np.mean(sums**2)) <= pixel_mm**2
-    return stretches >= _FEWEST and small and not _agree(sums, stretches)
+    seen = np.isfinite(deviation_mm[cells]).mean() >= _MEASURED
+    small = float(np.mean(squares)) <= (0.5 * _EDGES_BY_DEPTH * pixel_mm) ** 2
+    return bool(stretches >= _FEWEST and seen and small and not _agree(sums, stretches))
 
 
 def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_depth: bool) -> bool:

@@ -21,6 +21,9 @@ degrees on cells begin to hide each other (:func:`_nearest`) and drop out: letti
 on the grazed sides of wheels."""
 _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
+_APART_CELLS = 4
+"""Rows between pieces of the curve that lie as far apart or farther: what is dark on two surfaces is not one
+place."""
 _BORDER_CELLS = 2
 """What is seen and lit is trusted so far from its border: shadows have penumbras, pixels have footprints."""
 
@@ -36,7 +39,7 @@ class Unrolled:
     Parameters
     ----------
     z_mm, r_mm
-        (rows,) places on the generatrix, part frame.
+        (rows,) places on the generatrix, part frame; its pieces are apart, nothing is open between them.
     normal
         (rows, 2) outward normal (z, r) there.
     angle
@@ -79,7 +82,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     line = polyline_of(generatrix)
     half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
     step = max(float(np.linalg.norm(to_camera)) / rig.camera.fx, float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
-    place, normal = _places(line, step)
+    place, normal, on = _places(line, step)
     turn = step / float(place[:, 1].max())
     half = int(0.5 * np.pi / turn)
     angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
@@ -87,20 +90,20 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     points = points + T_camera_part[:3, 3]
     seen, pixel = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
     lit, _ = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
-    solid = ndimage.binary_closing(seen & lit, np.ones((3, 3), bool))
+    solid = ndimage.binary_closing((seen & lit) | ~on, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
-    reached = seen & lit & inner
+    reached = seen & lit & inner & on
     return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, reached, step, to_camera, to_projector)
 
 
-def _places(line: Polyline, step: float) -> tuple[Floats, Floats]:
-    """Places (z, r) every step along the generatrix, and the outward normals there."""
-    along = np.concatenate([line.along_mm, [line.along_mm[-1] + line.lengths_mm[-1]]])
-    at = np.arange(0.5 * step, along[-1], step)
-    segment = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(line.starts) - 1)
+def _places(line: Polyline, step: float) -> tuple[Floats, Floats, Bools]:
+    """Places (z, r) every step along the generatrix, the outward normals there, and (rows, 1) where it is."""
+    along = np.append(line.apart_mm(_APART_CELLS * step), np.inf)
+    at = np.arange(0.5 * step, along[-2] + line.lengths_mm[-1], step)
+    segment = np.searchsorted(along, at, side="right") - 1
     t = (at - along[segment]) / line.lengths_mm[segment]
-    place = line.places_mm(segment, t)
-    return np.maximum(place, [[-np.inf, 1e-9]]), line.normals[segment]
+    place = line.places_mm(segment, np.minimum(t, 1.0))
+    return np.maximum(place, [[-np.inf, 1e-9]]), line.normals[segment], (t <= 1.0)[:, None]
 
 
 def _reached(

@@ -66,6 +66,16 @@ def test_ends_and_volume() -> None:
     assert burr.volume_mm3.value == pytest.approx(0.5 * 1.2 * 1.5 * 21.0, rel=0.08)
 
 
+def test_burrs_in_line_on_two_steps_are_two() -> None:
+    """Between them is another surface, or one that nobody saw."""
+    scan = scattered_scan("cylinder", ridge(10.0, 1.2, 1.5, low=-30.0, high=30.0), seed=7)
+    z = scan.vertices_mm @ scan.direction
+    middle = 0.5 * (z.min() + z.max())
+    seen = dataclasses.replace(scan, vertices_mm=scan.vertices_mm[np.abs(z - middle) > 10.0])
+    burrs = found(seen)
+    assert sorted(burr.length_mm.value for burr in burrs) == pytest.approx([20.0, 20.0], abs=0.8)
+
+
 def test_the_pose_stands_on_the_burr() -> None:
     scan = scattered_scan("cylinder", ridge(25.0, 1.5, 1.5), seed=4)
     (burr,) = found(scan)

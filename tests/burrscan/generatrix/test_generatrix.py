@@ -272,3 +272,12 @@ def test_every_method_fits_a_wheel() -> None:
     for name in METHODS:
         curve = resolve(name, METHODS, stage="generatrix")(scan.vertices_mm, scan.faces, axis, sigma_mm=None)
         assert np.median(errors_mm(scan, axis, curve, "vase")) < 0.1, name
+
+
+def test_pieces_lie_as_far_apart_as_they_are_or_as_is_asked() -> None:
+    z = np.array([0.0, 10.0, np.nan, 10.0, 13.0, np.nan, 40.0, 42.0])
+    r = np.array([50.0, 50.0, np.nan, 54.0, 54.0, np.nan, 54.0, 54.0])
+    line = polyline_of(Generatrix(z, r, np.zeros(8), np.zeros(8)))
+    assert line.along_mm == pytest.approx([0.0, 10.0, 13.0])
+    assert line.apart_mm(9.0) == pytest.approx([0.0, 14.0, 26.0])
+    assert line.apart_mm(0.0) == pytest.approx(line.along_mm)

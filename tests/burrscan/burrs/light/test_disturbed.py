@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from burrscan.burrs.light.disturbed import Place, _measurable, disturbed
 from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.inspection import Generatrix
 from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, bright_line, dark_line
 
 WIDEST_MM = 3.0
@@ -170,3 +171,18 @@ def test_what_ends_beyond_the_part_is_not_looked_at() -> None:
     scene = Scene()
     dark_line(scene, at=(20.0, HALF_LENGTH_MM - 1.5, HALF_LENGTH_MM))
     assert found(scene)[1] == []
+
+
+def test_lines_on_two_steps_are_two_places() -> None:
+    """The curve's pieces lie 30 mm apart, and one would follow the other if nothing were between."""
+    scene = Scene()
+    dark_line(scene, at=(20.0, -35.0, -13.0))
+    dark_line(scene, at=(20.0, 13.0, 35.0))
+    low, high = scene.generatrix.z_mm
+    z = np.array([low, low + 35.0, np.nan, high - 35.0, high])
+    r = np.where(np.isnan(z), np.nan, scene.radius_mm)
+    scene.generatrix = Generatrix(z, r, np.zeros(5), np.zeros(5))
+    surface, places = found(scene)
+    assert len(places) == 2
+    ends = sorted(float(np.ptp(surface.z_mm[place.cells.any(axis=1)])) for place in places)
+    assert ends == pytest.approx([20.0, 20.0], abs=2.0)

@@ -96,6 +96,24 @@ def test_pixels_without_a_depth_have_no_say() -> None:
     assert wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
 
 
+def test_what_is_mirrored_up_and_down_is_no_edge() -> None:
+    """A burr's flanks show depths above and below the surface, which cancel: no edge bends so far."""
+    rng = np.random.default_rng(9)
+    for _ in range(50):
+        pixel, middle = np.arange(COLUMNS), 20.0 + 0.15 * np.arange(ROWS)[:, None]
+        cells = np.abs(pixel - middle) < 2.0
+        depth = DEPTH_MM * np.where(pixel < middle, 1.0, -1.0) * cells
+        depth = depth + 0.3 * DEPTH_MM * rng.normal(size=depth.shape)
+        assert not wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
+
+
+def test_what_hides_its_surroundings_is_no_scratch() -> None:
+    rng = np.random.default_rng(13)
+    cells, depth = line(width=0.8, factor=6.0, askew=0.3, start=20.2, rng=rng)
+    depth[rng.random(depth.shape) < 0.7] = np.nan
+    assert not wanders_flat(cells, depth, pixel_mm=DEPTH_MM)
+
+
 class Strip:
     """A piece of a cylinder's surface with a line of another brightness along it."""
 
