@@ -177,6 +177,11 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {"burrscan.burrs.field:of_another_surface": lambda part, *_: np.zeros(len(part), np.bool_)},
     ),
+    Step(
+        "pieces of the curve apart",
+        "burrs",
+        {"burrscan.burrs.field:_APART_CELLS": 0, "burrscan.burrs.light.unrolled:_APART_CELLS": 0},
+    ),
     Step("stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found: found}),
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
     Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_: 1.0}),
@@ -218,6 +223,7 @@ STEPS: tuple[Step, ...] = (
         {"burrscan.burrs.light.disturbed:wanders_flat": _no, f"{_RESIDUAL}:is_an_edge": _no},
     ),
     Step("heights less sure on what shines", "burrs", {f"{_RESIDUAL}:mirrored_share": lambda *_: 0.0}),
+    Step("nicks less sure by light from wall to wall", "burrs", {f"{_RESIDUAL}:walls_share": lambda _: 0.0}),
     Step(
         "heights that depths show below those told",
         "burrs",

@@ -198,9 +198,10 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     area = float((line.lengths_mm * radius).sum()) * arc[1]
     side = max(_VERTICES_ACROSS * np.sqrt(area / max(vertices, 1)), np.sqrt(area / _MOST_CELLS))
     turn = side / (area / (total * arc[1]))
-    whole = float(line.apart_mm(_APART_CELLS * side)[-1] + line.lengths_mm[-1])
-    shape = (max(int(np.ceil(whole / side)), 1), max(int(np.ceil(arc[1] / turn)), 1))
-    return whole / shape[0], arc[1] / shape[1], shape
+    step = total / max(int(np.ceil(total / side)), 1)
+    whole = float(line.apart_mm(_APART_CELLS * step)[-1] + line.lengths_mm[-1])
+    columns = max(int(np.ceil(arc[1] / turn)), 1)
+    return step, arc[1] / columns, (int(np.ceil(whole / step - 1e-9)), columns)
 
 
 def _cells(
