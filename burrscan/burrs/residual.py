@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,9 @@ _MARGIN = 4
 """Cells around a region that its ridge is fitted with."""
 _HALO, _CREST = 0.2, 0.95
 """Cells below a fifth of the crest (95 % point) are halo: noise, not the burr, decides where they end."""
+_CLEARLY = 0.5
+"""Share of the larger evidence from which a side's smaller one leaves the side open: flanks that mirror show
+both."""
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
 
@@ -148,14 +151,22 @@ def _told_by_light(
         here = [belongs(one.burr, place, surface) for one in open_]
         beside = [one for one, near in zip(open_, here, strict=True) if near]
         side = "protrusion" if place.side > 0 else "nick"
-        if place.undecided and beside:
-            side = max(beside, key=lambda one: one.size).burr.side
+        if place.undecided:
+            side = _of_one_mind(beside) or side
         same = [one for one in beside if one.burr.side == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
         confirmed += [one._replace(burr=doubted(one.burr, place, surface)) for one in same]
         if not same:
             dark.append(place)
     return open_ + confirmed, dark
+
+
+def _of_one_mind(beside: list[_Certain]) -> Literal["protrusion", "nick"] | None:
+    """The side that the depth shows at a place, unless it shows the other one half as clearly."""
+    sides: tuple[Literal["protrusion", "nick"], ...] = ("protrusion", "nick")
+    sizes = [max((one.size for one in beside if one.burr.side == side), default=0.0) for side in sides]
+    clear = min(sizes) < _CLEARLY * max(sizes)
+    return sides[int(np.argmax(sizes))] if clear else None
 
 
 def _interreflected(burr: Burr, mirrored: float) -> Burr:

@@ -98,13 +98,11 @@ class Place:
     def side(self) -> int:
         """+1 where material is too much, -1 where it is missing: as told, else by what hides more.
 
-        Where as much is seen above as below, what is told decides however weak it is.
+        Where as much is seen above as below, to the count's own error, what is told decides however weak.
         """
         if self.told is not None and self.told.side:
             return self.told.side
-        more = self._more
-        if more == 0.0 and self.told is not None:
-            more = self.told.ridge_over_nick
+        more = self.told.ridge_over_nick if self.told is not None and self.undecided else self._more
         return 1 if more >= 0.0 else -1
 
     @property

@@ -139,15 +139,21 @@ def test_a_small_place_beside_a_burr_that_a_large_one_confirmed_takes_nothing_fr
     assert burr.length_mm.value == pytest.approx(27.0, abs=3.0)
 
 
-@pytest.mark.parametrize(("above", "below", "kept"), [(34, 34, True), (36, 32, True), (50, 18, False)])
+@pytest.mark.parametrize(
+    ("above", "below", "other", "kept"),
+    [(34, 34, 4.0, True), (36, 32, 4.0, True), (50, 18, 4.0, False), (34, 34, 140.0, False)],
+)
 def test_what_the_light_leaves_open_the_depth_decides(
-    above: int, below: int, *, kept: bool, monkeypatch: pytest.MonkeyPatch
+    above: int, below: int, other: float, *, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A nick of matt paint 225 sigma deep was called a ridge, for as many of its cells lay above as below."""
+    """A nick of matt paint 225 sigma deep was called a ridge, for as many of its cells lay above as below.
+
+    Where the depth shows both sides, as flanks do that mirror the wheel, it does not decide.
+    """
     monkeypatch.setattr(residual, "belongs", lambda *_: True)
     monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
     nick = residual._Certain(SimpleNamespace(), SimpleNamespace(side="nick"), 225.0)  # type: ignore[arg-type]
-    halo = residual._Certain(SimpleNamespace(), SimpleNamespace(side="protrusion"), 4.0)  # type: ignore[arg-type]
+    halo = residual._Certain(SimpleNamespace(), SimpleNamespace(side="protrusion"), other)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
     certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
     assert certain == ([nick] if kept else [halo])
