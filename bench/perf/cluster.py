@@ -17,9 +17,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 from distributed import Worker
 
@@ -44,6 +45,14 @@ _MESH = {
     },
     "variant": [{"name": "default"}],
 }
+QUIET = {
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "2s",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__WORKER__MEMORY__MONITOR_INTERVAL": "1s",
+}
+"""What docs/cluster.md advises where all cores work: Dask's watching of itself takes a tenth of a core."""
+_AS_IT_COMES: Mapping[str, str] = MappingProxyType({})
 _JOINED_WITHIN_S = 120.0
 """For 200 simulated workers to start; a machine that needs longer is not measured."""
 
@@ -68,7 +77,8 @@ def main() -> None:
     print(f"load before: {os.getloadavg()[0]:.1f} on {usable_cores()} cores")
     _empty(given.cases)
     _driver(given.simulated)
-    _scaling(given.real)
+    _scaling(given.real, "as Dask comes", {})
+    _scaling(given.real, "quiet", QUIET)
     _limit(given.real)
 
 
@@ -88,10 +98,10 @@ def _driver(workers: int) -> None:
     )
 
 
-def _scaling(cases: int) -> None:
+def _scaling(cases: int, title: str, settings: Mapping[str, str]) -> None:
     alone = 0.0
     for workers in range(1, usable_cores() + 1):
-        with _cluster("--nworkers", str(workers)) as file:
+        with _cluster("--nworkers", str(workers), settings=settings) as file:
             _timed(
                 file,
                 suite_from({**_MESH, "seeds": list(range(9000, 9000 + 4 * workers))}, source="perf"),
@@ -102,7 +112,7 @@ def _scaling(cases: int) -> None:
             *_, pace = _timed(file, suite, examine, workers=workers)
         alone = alone or pace
         print(
-            f"scaling: {workers} workers, {pace:.1f} cases/min, "
+            f"scaling, {title}: {workers} workers, {pace:.1f} cases/min, "
             f"{100.0 * pace / alone / workers:.0f} % of linear"
         )
 
@@ -191,14 +201,17 @@ async def _host(file: str, count: int) -> None:
 
 
 @contextmanager
-def _cluster(*options: str) -> Iterator[Path]:
+def _cluster(*options: str, settings: Mapping[str, str] = _AS_IT_COMES) -> Iterator[Path]:
     asked = ["-m", "distributed.cli.dask_worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard"]
-    with _scheduler() as file, _started([*asked, "--scheduler-file", str(file), *options]):
+    with (
+        _scheduler(settings) as file,
+        _started([*asked, "--scheduler-file", str(file), *options], settings),
+    ):
         yield file
 
 
 @contextmanager
-def _scheduler() -> Iterator[Path]:
+def _scheduler(settings: Mapping[str, str] = _AS_IT_COMES) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scheduler.json"
         asked = [
@@ -210,15 +223,15 @@ def _scheduler() -> Iterator[Path]:
             "0",
             "--no-dashboard",
         ]
-        with _started([*asked, "--scheduler-file", str(file)]):
+        with _started([*asked, "--scheduler-file", str(file)], settings):
             while not file.exists():
                 time.sleep(0.05)
             yield file
 
 
 @contextmanager
-def _started(arguments: list[str]) -> Iterator[None]:
-    environment = {**os.environ, **dict.fromkeys(SINGLE_THREADED, "1")}
+def _started(arguments: list[str], settings: Mapping[str, str] = _AS_IT_COMES) -> Iterator[None]:
+    environment = {**os.environ, **dict.fromkeys(SINGLE_THREADED, "1"), **settings}
     process = subprocess.Popen(  # noqa: S603 (our own interpreter)
         [sys.executable, *arguments], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )

@@ -16,10 +16,13 @@ import pytest
 
 from bench.cli import main
 from bench.cluster.engine import Dask, resources_from
+from bench.perf.cluster import QUIET
 from bench.run.directory import load_run
 from bench.run.runner import Progress, run_suite
 from burrscan.errors import InputError
 from tests.bench.cluster_lab import FAKES, Cluster, content, small_suite, until
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -291,3 +294,13 @@ def test_the_command_makes_real_records_there_and_here(
     assert main([*asked, str(tmp_path / "here"), "--workers", "1"]) == 0
     assert content(tmp_path / "there") == content(tmp_path / "here")
     assert len(content(tmp_path / "there")[1]) == 4
+
+
+def test_the_settings_that_the_docs_advise_are_dasks_own() -> None:
+    told = dict(re.findall(r"export (DASK_\w+)=(\w+)", (ROOT / "docs/cluster.md").read_text("utf-8")))
+    assert told == QUIET
+    settings = dask.config.collect_env(told)
+    for name in ("admin.tick.interval", "admin.system-monitor.interval", "worker.profile.enabled",
+                 "worker.memory.monitor-interval"):  # fmt: skip
+        ours = dask.config.get(f"distributed.{name}", config=settings)
+        assert ours != dask.config.get(f"distributed.{name}")
