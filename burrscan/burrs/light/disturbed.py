@@ -102,12 +102,17 @@ class Place:
         """
         if self.told is not None and self.told.side:
             return self.told.side
-        more = self.told.ridge_over_nick if self.told is not None and self.undecided else self._more
+        more = self.told.ridge_over_nick if self.told is not None and self._tie else self._more
         return 1 if more >= 0.0 else -1
 
     @property
     def undecided(self) -> bool:
-        """Whether nothing is told, and as much seen above as below, to a standard deviation of the count."""
+        """Whether as much is seen above as below, and what is told does not even lean to a side."""
+        return self._tie and (self.told is None or not self.told.leans)
+
+    @property
+    def _tie(self) -> bool:
+        """Whether no side is told, and the counts differ by no more than their standard deviation."""
         told = self.told is not None and self.told.side != 0
         return not told and abs(self._more) <= np.sqrt(self.above + self.below + self.unmeasured)
 

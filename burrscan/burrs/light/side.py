@@ -96,6 +96,11 @@ class Told:
         better = self.ridge_over_nick
         return 0 if abs(better) < 1.0 else int(np.sign(better))
 
+    @property
+    def leans(self) -> bool:
+        """Whether one of the two is better by a standard deviation at least."""
+        return abs(self.ridge_over_nick) * _DECIDES >= 1.0
+
     def contradicts(self, height_mm: float, *, side: int) -> bool:
         """Whether burrs of that side and height explain the place clearly worse than others of that side."""
         misfits = self.misfits[int(side < 0)]

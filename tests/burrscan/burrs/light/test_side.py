@@ -119,6 +119,19 @@ def test_what_is_told_weakly_breaks_a_tie_of_the_counts_and_no_more(side: int) -
         assert Place(nothing, above=above, below=below, unmeasured=0, contrast=1.0, told=told).side == wins
 
 
+@pytest.mark.parametrize(("better", "open_"), [(0.9, True), (1.1, False), (3.9, False)])
+def test_a_tie_is_open_where_the_model_leans_by_less_than_a_standard_deviation(
+    better: float, *, open_: bool
+) -> None:
+    """Ridges on metal leaned by 0.4 to 0.8 of what decides, a nick on matt paint by 0.02 of it."""
+    misfits = np.full((2, 3, 12), 5.0)
+    misfits[0, :, 5] -= better
+    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
+    place = Place(np.zeros((1, 1), bool), above=50, below=52, unmeasured=0, contrast=1.0, told=told)
+    assert place.undecided == open_
+    assert place.side == 1
+
+
 def test_a_height_is_told_by_what_its_burr_shows() -> None:
     """Burrs made by the model itself, on metal: their heights lie within what is stated, wrong ones do not.
 
