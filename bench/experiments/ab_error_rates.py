@@ -37,7 +37,7 @@ Plant = Callable[[Run, np.random.Generator], Run]
 def main() -> None:
     """Print the table."""
     comparisons = int(sys.argv[1]) if len(sys.argv) > 1 else 200
-    scenes = int(sys.argv[2]) if len(sys.argv) > 2 else 24
+    scenes = int(sys.argv[2]) if len(sys.argv) > 2 else 28
     print(f"{scenes} scenes, {comparisons} comparisons each; other noise in the second arm, the same noise")
     for name, count in (
         ("A/A, any false verdict", false_verdicts),

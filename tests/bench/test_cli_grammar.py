@@ -68,7 +68,7 @@ def test_suites_and_show_say_what_there_is(capsys: pytest.CaptureFixture[str]) -
     assert main(["suites"]) == 0
     assert "quick" in capsys.readouterr().out
     assert main(["show", "quick"]) == 0
-    assert "24 cases × 2 variants" in capsys.readouterr().out
+    assert "28 cases × 2 variants" in capsys.readouterr().out
     assert main(["show", "quick", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["name"] == "quick"
 

@@ -38,7 +38,7 @@ def test_the_quick_suite_is_what_the_brief_asks_for() -> None:
     quick = load_suite("quick")
     cases = expand(quick)
     assert len({case.parameters["finish"] for case in cases}) == 4
-    assert len({case.scene_hash for case in cases}) == len(cases) == 24
+    assert len({case.scene_hash for case in cases}) == len(cases) == 28
     assert {variant.name for variant in quick.variant} == {"fixed", "adaptive"}
     assert next(gate.lost for gate in quick.gate if gate.metric == "burr_found") == 0
     burrs = cases[0].document["burr"]
