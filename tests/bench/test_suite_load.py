@@ -43,8 +43,9 @@ def test_the_quick_suite_is_what_the_brief_asks_for() -> None:
     assert next(gate.lost for gate in quick.gate if gate.metric == "burr_found") == 0
     burrs = cases[0].document["burr"]
     heights = {burr["height_mm"] for burr in burrs if burr["kind"] == "axial_ridge"}
-    assert len(heights) == len(burrs) - 1 == 5
-    assert [burr["kind"] for burr in burrs].count("nick") == 1  # else "always a protrusion" passes
+    assert len(burrs) == 15
+    assert len(heights) == 11
+    assert [burr["kind"] for burr in burrs].count("nick") == 2  # else "always a protrusion" passes
     for one, other in itertools.combinations(burrs, 2):
         apart_mm = max(one["z_start_mm"], other["z_start_mm"]) - min(one["z_end_mm"], other["z_end_mm"])
         assert abs(one["angle_deg"] - other["angle_deg"]) > 4 * WITHIN_DEG or apart_mm > 0.0
