@@ -251,7 +251,7 @@ def test_nobody_at_the_address_is_one_sentence(tmp_path: Path) -> None:
         (["--store", "memory://x"], "name its --scheduler"),
         (["--resources", "GPU=1"], "name its --scheduler"),
         (["--shard", "3/2"], "a shard is such as 3/16"),
-        (["--shard", "99/99"], "make 24 shards at most"),
+        (["--shard", "99/99"], "make 28 shards at most"),
     ],
 )
 def test_what_cannot_be_asked_for_is_one_line(

@@ -59,7 +59,7 @@ def plane_of(row: Floats) -> tuple[float, float, float, float]:
     largest = mean + 2.0 * size * np.cos(angle)
     least = mean + 2.0 * size * np.cos(angle + 2.0 * np.pi / 3.0)
     middle = 3.0 * mean - largest - least
-    if middle < 1e-3 * largest:
+    if not (middle > 0.0 and middle >= 1e-3 * largest):  # rounding of points that are one, or in line
         return 0.0, 0.0, 1.0, 1.0
     p, q, s = xx - least, yy - least, zz - least
     best, nx, ny, nz = 0.0, 0.0, 0.0, 1.0
