@@ -16,7 +16,7 @@ import pytest
 
 from bench.cli import main
 from bench.cluster.engine import Dask, resources_from
-from bench.perf.cluster import QUIET
+from bench.perf.cluster import ADVISED
 from bench.run.directory import load_run
 from bench.run.runner import Progress, run_suite
 from burrscan.errors import InputError
@@ -296,11 +296,13 @@ def test_the_command_makes_real_records_there_and_here(
     assert len(content(tmp_path / "there")[1]) == 4
 
 
-def test_the_settings_that_the_docs_advise_are_dasks_own() -> None:
-    told = dict(re.findall(r"export (DASK_\w+)=(\w+)", (ROOT / "docs/cluster.md").read_text("utf-8")))
-    assert told == QUIET
-    settings = dask.config.collect_env(told)
-    for name in ("admin.tick.interval", "admin.system-monitor.interval", "worker.profile.enabled",
-                 "worker.memory.monitor-interval"):  # fmt: skip
-        ours = dask.config.get(f"distributed.{name}", config=settings)
-        assert ours != dask.config.get(f"distributed.{name}")
+def test_the_settings_that_the_docs_advise_are_known_to_dask_and_pass_its_nanny() -> None:
+    told = dict(re.findall(r"export (\w+)=(\w+)", (ROOT / "docs/cluster.md").read_text("utf-8")))
+    assert told == ADVISED
+    given = dask.config.collect_env(told)
+    names = [name.removeprefix("DASK_").lower() for name in told if name.startswith("DASK_")]
+    assert len(names) == 4
+    for name in (name.replace("__", ".").replace("_", "-") for name in names):
+        assert dask.config.get(name, config=given) != dask.config.get(name)
+    nannys = dask.config.get("distributed.nanny.pre-spawn-environ")
+    assert set(told) & set(nannys), "Dask no longer sets malloc's threshold: nothing to undo"
