@@ -56,8 +56,8 @@ ADVISED: Mapping[str, str] = MappingProxyType(
         "MALLOC_MMAP_THRESHOLD_": "268435456",
     }
 )
-"""What docs/cluster.md advises where all cores work: Dask's watching of itself takes a tenth of a core, and its
-nanny has the memory of large arrays handed back to the system, to be had anew page by page."""
+"""What docs/cluster.md advises where all cores work: Dask's watching of itself takes a tenth of a core, and
+its nanny has the memory of large arrays handed back to the system, to be had anew page by page."""
 _JOINED_WITHIN_S = 120.0
 """For 200 simulated workers to start; a machine that needs longer is not measured."""
 
