@@ -180,7 +180,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "pieces of the curve apart",
         "burrs",
-        {"burrscan.burrs.field:_APART_CELLS": 0, "burrscan.burrs.light.unrolled:_APART_CELLS": 0},
+        {"burrscan.burrs.field:APART_CELLS": 0, "burrscan.burrs.light.unrolled:_APART_CELLS": 0},
     ),
     Step("stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found: found}),
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),

@@ -128,7 +128,7 @@ def draw(n: Numbers) -> Section:
                 "5.2, figure 11",
                 "the generatrix band is 5 to 7 mm thick",
                 "5 to 7 mm",
-                *both(partial(_over_frames, n)),
+                *both(lambda v: _over_frames(n[f"{v}_frames"])),
                 "yes" if 4.0 <= float(np.median(n["seed_frames"])) <= 7.0 else "partly",
                 f"with {PAPER_MM:g} mm of noise; without it our scans are cleaner: {thick['seed']:.1f} mm "
                 "(seed). "
@@ -140,8 +140,8 @@ def draw(n: Numbers) -> Section:
                 "5.2",
                 "an accuracy of 3 mm is reached",
                 "about 3 mm, half the band",
-                *both(lambda v: _over_frames(n, v, share=0.5)),
-                "yes" if _half_mm(n, "seed") <= _ABOUT_3_MM else "no",
+                *both(lambda v: _over_frames(0.5 * n[f"{v}_frames"])),
+                "yes" if 0.5 * np.median(n["seed_frames"]) <= _ABOUT_3_MM else "no",
                 f"half the band, with {PAPER_MM:g} mm of noise; without it {0.5 * thick['seed']:.2g} mm and "
                 f"{0.5 * thick['default']:.2g} mm. How far the curve itself is from the true one stands "
                 "under time and accuracy",
@@ -164,12 +164,7 @@ def draw(n: Numbers) -> Section:
     )
 
 
-def _half_mm(n: Numbers, variant: Side) -> float:
-    return 0.5 * float(np.median(n[f"{variant}_frames"]))
-
-
-def _over_frames(n: Numbers, variant: Side, *, share: float = 1.0) -> str:
-    bands = share * n[f"{variant}_frames"]
+def _over_frames(bands: Floats) -> str:
     low, middle, high = np.percentile(bands, [25, 50, 75])
     return f"{_mm(middle)} mm (median of {len(bands)} frames; middle half {_mm(low)} to {_mm(high)} mm)"
 

@@ -28,7 +28,7 @@ _VERTICES_ACROSS = 1.5
 _MOST_CELLS = 4_000_000
 """Bounds memory: a few images of 8 bytes a cell. Larger meshes get coarser cells, and narrow burrs fewer of
 them."""
-_APART_CELLS = 27
+APART_CELLS = 27
 """Rows between pieces of the curve that lie as far apart or farther: as long as the longest box that is
 matched, so that none holds vertices of two surfaces."""
 _MOSTLY_FILLED = 0.7
@@ -199,7 +199,7 @@ def _steps(line: Polyline, arc: tuple[float, float], vertices: int) -> tuple[flo
     side = max(_VERTICES_ACROSS * np.sqrt(area / max(vertices, 1)), np.sqrt(area / _MOST_CELLS))
     turn = side / (area / (total * arc[1]))
     step = total / max(int(np.ceil(total / side)), 1)
-    whole = float(line.apart_mm(_APART_CELLS * step)[-1] + line.lengths_mm[-1])
+    whole = float(line.apart_mm(APART_CELLS * step)[-1] + line.lengths_mm[-1])
     columns = max(int(np.ceil(arc[1] / turn)), 1)
     return step, arc[1] / columns, (int(np.ceil(whole / step - 1e-9)), columns)
 
@@ -214,7 +214,7 @@ def _cells(
 ) -> tuple[Floats, Ints32]:
     """Arc length, and row and column, of every vertex."""
     step_mm, step_rad = steps
-    along = line.apart_mm(_APART_CELLS * step_mm)[foot.segment] + foot.t * line.lengths_mm[foot.segment]
+    along = line.apart_mm(APART_CELLS * step_mm)[foot.segment] + foot.t * line.lengths_mm[foot.segment]
     turn = past_start(angle, arc)
     row = np.minimum((along / step_mm).astype(np.int32), shape[0] - 1)
     return along, np.stack([row, np.minimum((turn / step_rad).astype(np.int32), shape[1] - 1)], axis=1)

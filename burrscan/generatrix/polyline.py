@@ -55,13 +55,11 @@ class Polyline:
 
         Neighbours in such an order are neighbours on the part, which pieces end to end need not be.
         """
-        along = self.along_mm
-        if len(self.pieces) > 1:
-            first, last = (self.nodes_mm[list(ends)] for ends in zip(*self.pieces, strict=True))
-            gaps = np.minimum(np.hypot(*(first[1:] - last[:-1]).T), most_mm)
-            begins = np.flatnonzero(np.diff(self.starts) > 1) + 1
-            along[begins[0] :] += np.repeat(np.cumsum(gaps), np.diff(np.append(begins, len(along))))
-        return along
+        first, last = np.array(self.pieces).T
+        apart = np.hypot(*(self.nodes_mm[first[1:]] - self.nodes_mm[last[:-1]]).T)
+        before = np.concatenate([[0.0], np.cumsum(np.minimum(apart, most_mm))])
+        piece = np.searchsorted(first, self.starts, side="right") - 1
+        return np.asarray(self.along_mm + before[piece])
 
     @property
     def normals(self) -> Floats:

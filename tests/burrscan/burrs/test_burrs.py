@@ -14,7 +14,7 @@ from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs import burrs_residual
 from burrscan.burrs.detect import BOXES, evidence_of, threshold
-from burrscan.burrs.field import field_of
+from burrscan.burrs.field import APART_CELLS, field_of
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.rivals.seed import _planes_cut, burrs_seed, burrs_seed_literal
 from burrscan.errors import InputError
@@ -41,6 +41,10 @@ def ridge(
         return np.asarray(height_mm * np.clip(1.0 - 2.0 * x / width_mm, 0.0, None) * ((z > low) & (z < high)))
 
     return lift
+
+
+def test_no_box_holds_vertices_of_two_pieces_of_the_curve() -> None:
+    assert max(along for along, _ in BOXES) <= APART_CELLS
 
 
 @pytest.mark.parametrize(("height_mm", "seed"), [(2.0, 0), (1.5, 1), (1.0, 2)])
