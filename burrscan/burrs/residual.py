@@ -93,7 +93,7 @@ def burrs_residual(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
         share = mirrored_share(looks, surface)
-        certain = [one._replace(burr=_interreflected(one.burr, share)) for one in certain]
+        certain = [one._replace(burr=_less_sure(one.burr, share=share)) for one in certain]
         certain, dark = _told_by_light(certain, places, surface)
         seen = [called(place, surface, axis) for place in dark]
         if not several_views:
@@ -101,8 +101,10 @@ def burrs_residual(
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]
             seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
-    burrs = sorted([*(certain[i].burr for i in kept), *seen], key=lambda burr: -burr.significance)
-    return tuple(judged(burr, limit_mm) for burr in burrs)
+    burrs = [*(certain[i].burr for i in kept), *seen]
+    if sight is not None:
+        burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
+    return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
 
 
 class _Certain(NamedTuple):
@@ -131,7 +133,7 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
-            certain.append(_Certain(region, _less_sure(burr, shared_mm), size))
+            certain.append(_Certain(region, _less_sure(burr, share=shared_mm / burr.height_mm.value), size))
     return certain
 
 
@@ -169,16 +171,11 @@ def _of_one_mind(beside: list[_Certain]) -> Literal["protrusion", "nick"] | None
     return sides[int(np.argmax(sizes))] if clear else None
 
 
-def _interreflected(burr: Burr, mirrored: float) -> Burr:
-    """The burr with sizes that allow for light that came by way of other surfaces."""
-    return _less_sure(burr, float(np.hypot(mirrored, walls_share(burr))) * burr.height_mm.value)
-
-
-def _less_sure(burr: Burr, shared_mm: float) -> Burr:
-    """The burr with a height, an area and a volume that allow for an error all over it, mm."""
+def _less_sure(burr: Burr, *, share: float) -> Burr:
+    """The burr with sizes that allow for an error of all its height, a share of it."""
     height = burr.height_mm
-    wider = Value(height.value, float(np.hypot(height.sigma, shared_mm)))
-    return with_height(burr, wider, share=shared_mm / height.value)
+    wider = Value(height.value, float(np.hypot(height.sigma, share * height.value)))
+    return with_height(burr, wider, share=share)
 
 
 def _sites(field: Field, found: list[Region]) -> list[tuple[Region, Site]]:

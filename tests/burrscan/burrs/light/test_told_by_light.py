@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from burrscan.burrs import burrs_residual, residual
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.shine import walls_share
-from burrscan.inspection import Burr
+from burrscan.inspection import Burr, Value
 from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
 from tests.burrscan.parts import turned
 
@@ -171,6 +172,19 @@ def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
     assert burr.height_mm.value == plain.height_mm.value
     assert burr.height_mm.sigma > walls_share(burr) * burr.height_mm.value
     assert plain.height_mm.sigma < 0.5 * burr.height_mm.sigma
+
+
+def test_so_is_a_nick_that_the_light_alone_tells(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = Scene()
+    dark_line(scene)
+    scene.lost |= scene.band(20.0, 3.0, -15.0, 12.0)
+    (ridge,) = burrs_of(scene, seen=True)
+    stated = Value(2.0 * ridge.width_mm.value, 0.01)
+    nick = replace(ridge, side="nick", height_mm=stated)
+    monkeypatch.setattr(residual, "called", lambda *_: nick)
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.height_mm.value == stated.value
+    assert burr.height_mm.sigma == pytest.approx(walls_share(nick) * stated.value, rel=0.01)
 
 
 def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some(
