@@ -34,7 +34,7 @@ def good(job, case):
     ]
 
 def slow(job, case):
-    time.sleep(0.15)
+    time.sleep(0.08)
     return good(job, case)
 
 HERE = []
@@ -43,7 +43,7 @@ def lonely(job, case):
     HERE.append(case.id)
     with (MARKS / "together").open("a") as file:
         file.write(f"{len(HERE)}\\n")
-    time.sleep(0.05)
+    time.sleep(0.03)
     HERE.remove(case.id)
     return good(job, case)
 
