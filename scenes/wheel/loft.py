@@ -68,14 +68,19 @@ def _across(normals: Floats, smooth: Bools, *, back: int) -> Floats:
     """Each side's normals at its first (``back`` 1) or last (-1) corner, averaged over smooth points."""
     joined = smooth if back == 1 else np.roll(smooth, -1)
     total = normals + np.where(joined[:, None], np.roll(normals, back, axis=1), 0.0)
-    length = np.linalg.norm(total, axis=-1, keepdims=True)
-    return np.asarray(np.where(length > 1e-12, total / np.maximum(length, 1e-12), normals))
+    return _unit(total, normals)
 
 
 def _average(normals: Floats, others: Floats) -> Floats:
     smooth = np.einsum("...i,...i", normals, others)[..., None] > _CREASE_COS
     total = normals + np.where(smooth, others, 0.0)
-    return np.asarray(total / np.linalg.norm(total, axis=-1, keepdims=True))
+    return _unit(total, normals)
+
+
+def _unit(total: Floats, normals: Floats) -> Floats:
+    """Sums of normals at length 1, or the faces' own: opposite ones, or 0 of a face that has no area."""
+    length = np.linalg.norm(total, axis=-1, keepdims=True)
+    return np.asarray(np.where(length > 1e-12, total / np.maximum(length, 1e-12), normals))
 
 
 def _quad_uvs(stations: Floats) -> Floats:

@@ -211,6 +211,7 @@ def test_height_lean_and_thickness_vary_as_stated_and_apart() -> None:
 )
 @example(family="rolled", seed=0, height=1.0, width=1.0, correlation=1.0, gaps=0.0, curl=140.0)
 @example(family="rolled", seed=64, height=1.0, width=0.125, correlation=2.75, gaps=0.0, curl=140.0)
+@example(family="triangle", seed=67, height=1.0, width=1.0, correlation=1.9921875, gaps=0.6, curl=-180.0)
 def test_any_burr_is_closed_and_keeps_its_volume(
     family: Family, seed: int, height: float, width: float, correlation: float, gaps: float, curl: float
 ) -> None:
