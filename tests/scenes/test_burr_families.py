@@ -212,7 +212,7 @@ def test_height_lean_and_thickness_vary_as_stated_and_apart() -> None:
 @example(family="rolled", seed=0, height=1.0, width=1.0, correlation=1.0, gaps=0.0, curl=140.0)
 @example(family="rolled", seed=64, height=1.0, width=0.125, correlation=2.75, gaps=0.0, curl=140.0)
 @example(family="triangle", seed=67, height=1.0, width=1.0, correlation=1.9921875, gaps=0.6, curl=-180.0)
-@example(
+@example(  # a sliver 2 µm thin lies folded over where the burr meets the wall
     family="triangle",
     seed=956,
     height=0.1015625,
@@ -220,7 +220,10 @@ def test_height_lean_and_thickness_vary_as_stated_and_apart() -> None:
     correlation=0.400390625,
     gaps=0.3,
     curl=180.0,
-)
+).xfail(raises=AssertionError)
+@example(  # two pieces of a torn burr touch along an edge, which has four faces
+    family="triangle", seed=144, height=2.0, width=1.0, correlation=0.5904930954011408, gaps=0.6, curl=180.0
+).xfail(raises=AssertionError)
 def test_any_burr_is_closed_and_keeps_its_volume(
     family: Family, seed: int, height: float, width: float, correlation: float, gaps: float, curl: float
 ) -> None:
@@ -235,24 +238,14 @@ def test_any_burr_is_closed_and_keeps_its_volume(
         RimBurr(-120.0, 10.0, height, wide, (30.0, 100.0), "axial", **course),
     ]
     wheel = build_wheel(CYLINDER, burrs, facet_error_mm=0.01)
-    faces = wheel.welded()[1]
-    assert edge_counts(faces)[0]
-    # pieces of a torn burr may touch each other along an edge, which then has four faces
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    met = np.unique(edges, axis=0, return_counts=True)[1]
-    assert (met > 2).sum() <= (2 if gaps else 0)
+    assert edge_counts(wheel.welded()[1]) == (True, True)
     assert _solid(wheel).is_volume
     assert np.isfinite(wheel.normals).all()
     assert [b.height_mm for b in wheel.burrs] == pytest.approx([height] * 3, abs=1e-4)
     bare = volume_mm3(build_wheel(CYLINDER, (), facet_error_mm=0.01))
     assert volume_mm3(wheel) - bare == pytest.approx(sum(b.volume_mm3 for b in wheel.burrs), rel=1e-6)
     normals, area = face_normals(wheel)
-    corners = wheel.vertices_mm[wheel.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    # a sliver thinner than half of the facets' own error may lie folded over: a union's points are rounded
-    wide = 2.0 * area > 0.005 * longest
-    assert np.einsum("tci,ti->tc", wheel.normals[wheel.faces], normals)[wide].min() > 0.8
-    assert area[wide].sum() > 0.99 * area.sum()
+    assert np.einsum("tci,ti->tc", wheel.normals[wheel.faces], normals)[area > 1e-5].min() > 0.8
 
 
 def test_what_is_too_thick_to_be_rolled_is_made_thinner_or_refused() -> None:
