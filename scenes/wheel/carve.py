@@ -149,8 +149,8 @@ def _carved(
         swept = [cut.swept().as_original() for cut in cuts]
         owners |= {solid.original_id(): _MILL for solid in swept}
         result = manifold3d.Manifold.batch_boolean([result, *swept], manifold3d.OpType.Subtract)
-        # what is cut off from the body falls off
-        result = max(result.decompose(), key=lambda piece: piece.volume())
+    # what is cut off from the body falls off, crumbs that unions leave in a corner of two facets included
+    result = max(result.decompose(), key=lambda piece: piece.volume())
     part = _read(result, owners, {i for i in here if tools[i].side == "nick"}, bare_faces=len(run.faces))
     lost = 0 if closing is None else len(closing)
     _check_ends(result, part, lost)
