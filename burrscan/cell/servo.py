@@ -35,10 +35,9 @@ _LEAST_LOOKS = 2
 """A look does not see what all its points err by; two from different poses do."""
 _SQUARE_DEG = 0.5
 """The mill stands upright within this: over its radius of 2 mm it is 0.017 mm."""
-_OTHER_WAY_DEG = 40.0
-"""Turn about the mill for the next look where one did not find the burr: its flank answers from there."""
-_ROLLS_DEG = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0)
-"""Turns of the flange about the mill, tried in this order: the mill is round, the scanner need not touch."""
+_ROLLS_DEG = (0.0, 180.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)
+"""Turns of the flange about the mill, tried in this order: the mill is round, the scanner need not touch.
+The first two keep camera and projector in one plane along the burr."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +173,7 @@ def servo(
         if seen is None:
             glances.append(Glance(reported, height, outcome=outcome, why=why))
             same_side = []
-            roll += _OTHER_WAY_DEG if len(glances) % 2 else -2.0 * _OTHER_WAY_DEG
+            roll = _other_way(station, lift(expected, height), roll)
             continue
         measured = np.asarray(reported @ seen.burr.T_mesh_burr, float)
         same_side.append(Sighting(measured, reported @ station.T_camera_tool, seen.across_sigma_mm))
@@ -186,6 +185,14 @@ def servo(
             return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
     return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
+
+
+def _other_way(station: Station, T_base_tool: Floats, roll: float) -> float:
+    """The roll for the next look where one did not find the burr: from its other end, if the arm can."""
+    try:
+        return move_tool(station, T_base_tool, roll=roll + 180.0)[1]
+    except OutOfReachError:
+        return roll
 
 
 def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:

@@ -20,14 +20,23 @@ from burrscan.sight import Sight
 
 PIECES = 6
 """Of a burr's length, each left out once: how much the place hangs on one of them is its uncertainty."""
-_LINE, _BESIDE, _FAR = 1.2, 1.3, 2.2
-"""Burr widths from its middle: so far reaches the line at most, and from here to there is the bare part."""
+_BESIDE, _FAR = 1.3, 3.0
+"""Burr widths from its middle: from here to there is the bare part."""
+_SHARP, _BROAD = 0.12, 2.0
+"""Burr widths: changes between these are a burr's; narrower is a pixel's grain, broader a highlight."""
+_MIRRORED_LOG, _MIRRORED = 1.5, 1.0
+"""Burr widths to each side over which the line is compared with its mirror image: as logarithm, in which the
+faint light beside it counts as well, and as it is, in which bright flanks do."""
+_SEARCHED = 0.5
+"""Burr widths from the place found by the logarithm in which it is told exactly."""
 _PER_PIXEL = 8
 """Places across the burr for each pixel: the profile is continuous there, sampled by rows at a slant."""
+_GRAIN = 1.0 / 30.0
+"""Of a pixel: a standard deviation that all pieces share, of edges that pixels cut (measured: 128 looks)."""
 _STANDS_OUT = 5.0
 """Standard deviations of the bare part's logarithm by which the line must differ from it."""
-_LOPSIDED = 0.1
-"""Share of the line that its mirror image must not leave: a line that is lit from one side has no middle."""
+_ALIKE = 0.7
+"""Share of the line's energy that its mirror image must have too (1: the same, 0: unlike, -1: opposite)."""
 _NARROWEST = 0.75
 """Burr widths that a line must have: a narrower one is that of one flank, beside another that is lit."""
 _LEAST_ROWS = 0.5
@@ -42,6 +51,7 @@ def shade_centre(
     width_mm: float,
     length_mm: float,
     middle_mm: float,
+    reach_mm: float,
     pixel_mm: float,
 ) -> Value | None:
     """The middle of a burr's line of changed light across it, mm from the origin of its pose.
@@ -54,37 +64,102 @@ def shade_centre(
         (4, 4) about where the burr is: x along it, z out of the surface.
     width_mm, length_mm
         The burr's.
-    middle_mm
-        About where its middle is across it, to half of its width.
+    middle_mm, reach_mm
+        About where its middle is across it, and how far from there it may be.
     pixel_mm
         What a pixel spans there.
 
     Returns
     -------
     Value or None
-        Of the line's centre of symmetry and the middle of its edges, with the jackknife's standard deviation
-        over pieces of the length (Efron & Tibshirani 1993, chapter 11) and half of what the two differ by:
-        they agree for a line that is its own mirror image. None where no line stands out, or it is not.
+        Mean of two centres of symmetry, of the light and of its logarithm, with the jackknife's standard
+        deviation over pieces of the length (Efron & Tibshirani 1993, chapter 11), half of what the two differ
+        by, and what pixels cut off edges. None where no line stands out, or it has no middle.
 
     Notes
     -----
-    O(length × width / pixel²).
+    O(length × (reach + width) × width / pixel³).
 
     """
     step = pixel_mm / _PER_PIXEL
-    across = np.arange(-_FAR * width_mm, _FAR * width_mm + 0.5 * step, step)
+    wide = float(np.hypot(width_mm, pixel_mm))
+    half = reach_mm + _FAR * wide
+    across = np.arange(-half, half + 0.5 * step, step)
     rows = max(int(0.9 * length_mm / (0.5 * pixel_mm)) // PIECES, 1) * PIECES
     along = np.linspace(-0.45, 0.45, rows) * length_mm
     light = _log_light(sight, inspection, T_camera_burr, along, middle_mm + across)
-    pieces = _profiles(light)
-    if pieces is None:
+    profiles = _profiles(light)
+    if profiles is None:
         return None
-    whole = _centre(across, pieces.mean(axis=0), width_mm)
-    without = [_centre(across, np.delete(pieces, k, axis=0).mean(axis=0), width_mm) for k in range(PIECES)]
-    if whole is None or any(one is None for one in without):
+    there, pieces = profiles
+    across = across[there]
+    sharp, broad = _SHARP * wide / step, _BROAD * wide / step
+    change = ndimage.gaussian_filter1d(pieces, sharp) - ndimage.gaussian_filter1d(pieces, broad)
+    alike = _mirrored(change, round(_MIRRORED_LOG * wide / step))
+    about = _best(alike, across, 0.0, reach_mm)
+    if about is None or not _is_line(pieces.mean(axis=0), across - about, wide):
         return None
-    spread = np.var([sum(one) / 2.0 for one in without if one is not None]) * (PIECES - 1)
-    return Value(middle_mm + sum(whole) / 2.0, float(np.hypot(np.sqrt(spread), 0.5 * (whole[0] - whole[1]))))
+    plain = _over_bare(np.exp(pieces), across - about, wide)
+    same = _mirrored(ndimage.gaussian_filter1d(plain, sharp), round(_MIRRORED * wide / step))
+    centres, spreads = [], []
+    for each in (alike, same):
+        whole = _best(each, across, about, _SEARCHED * wide)
+        without = [_best(np.delete(each, k, axis=1), across, about, _SEARCHED * wide) for k in range(PIECES)]
+        known = [one for one in without if one is not None]
+        if whole is None or len(known) < PIECES:
+            return None
+        centres.append(whole)
+        spreads.append(float(np.var(known)) * (PIECES - 1))
+    differ = 0.5 * (centres[0] - centres[1])
+    sigma = np.sqrt(np.mean(spreads) + differ**2 + (_GRAIN * pixel_mm) ** 2)
+    return Value(middle_mm + float(np.mean(centres)), float(sigma))
+
+
+def _mirrored(change: Floats, half: int) -> Floats:
+    """(2, pieces, columns) what each place's two sides have in common, and what there is on both.
+
+    The first is the convolution of the change with itself, over ``half`` columns to each side: largest about
+    the centre of a line that is its own mirror image. Pieces weigh by the root of their energy: a glint in
+    one does not drown the others, nor do those without a line.
+    """
+    common, all_of_it = np.zeros_like(change), np.zeros_like(change)
+    columns, beyond = change.shape[1], np.pad(change, ((0, 0), (half, half)))
+    for away in range(1, half + 1):
+        right, left = (beyond[:, half + by : half + by + columns] for by in (away, -away))
+        common += right * left
+        all_of_it += 0.5 * (right**2 + left**2)
+    weight = 1.0 / np.sqrt(np.maximum(all_of_it.max(axis=1, keepdims=True), 1e-30))
+    return np.stack([weight * common, weight * all_of_it])
+
+
+def _best(mirrored: Floats, across: Floats, about: float, reach: float) -> float | None:
+    """Where the sides have most in common; None where that is too little, or at an end of the search."""
+    common, all_of_it = mirrored.sum(axis=1)
+    inside = np.flatnonzero(np.abs(across - about) <= reach)
+    k = int(inside[np.argmax(common[inside])])
+    if k in (inside[0], inside[-1]) or common[k] < _ALIKE * all_of_it[k]:
+        return None
+    before, here, behind = common[k - 1 : k + 2]
+    bend = before - 2.0 * here + behind
+    shift = 0.5 * (before - behind) / bend if bend < 0.0 else 0.0
+    return float(across[k] + shift * (across[1] - across[0]))
+
+
+def _over_bare(profiles: Floats, beside: Floats, wide: float) -> Floats:
+    """(pieces, columns) what differs from the bare part, whose light is a parabola: part of a highlight."""
+    bare = (np.abs(beside) > _BESIDE * wide) & (np.abs(beside) < _FAR * wide)
+    fits = np.polynomial.polynomial.polyfit(beside[bare], profiles[:, bare].T, 2)
+    return np.asarray(profiles - np.polynomial.polynomial.polyval(beside, fits))
+
+
+def _is_line(profile: Floats, beside: Floats, wide: float) -> bool:
+    """Whether a line of the burr's width stands out there."""
+    change = _over_bare(profile[None], beside, wide)[0]
+    size = np.abs(np.where(np.abs(beside) <= _BESIDE * wide, change, 0.0))
+    bare = (np.abs(beside) > _BESIDE * wide) & (np.abs(beside) < _FAR * wide)
+    if size.max() < max(_STANDS_OUT * float(change[bare].std()), 1e-6):
+        return False
+    return bool(size.sum() * (beside[1] - beside[0]) >= _NARROWEST * wide * size.max())
 
 
 def _log_light(
@@ -115,49 +190,19 @@ def _on_surface(points: Floats, inspection: Inspection) -> tuple[Floats, Bools]:
     return placed(np.linalg.inv(frame), np.stack([share * x, share * y, at[:, 0]], axis=1)), foot.valid
 
 
-def _profiles(light: Floats) -> Floats | None:
-    """(pieces, columns) mean light of each piece of the length; None where much of it is not known."""
+def _profiles(light: Floats) -> tuple[slice, Floats] | None:
+    """The columns around the middle whose light is known, and (pieces, columns) the mean of each piece there.
+
+    None where the middle's own is not.
+    """
     parts = light.reshape(PIECES, -1, light.shape[1])
     known = np.isfinite(parts)
-    if known.mean(axis=1).min() < _LEAST_ROWS:
+    unknown = np.flatnonzero(known.mean(axis=1).min(axis=0) < _LEAST_ROWS)
+    middle = light.shape[1] // 2
+    if middle in unknown:
         return None
-    total = np.where(known, parts, 0.0).sum(axis=1)
-    return np.asarray(total / known.sum(axis=1))
-
-
-def _centre(across: Floats, profile: Floats, width_mm: float) -> tuple[float, float] | None:
-    """Centre of symmetry of what differs from the part beside it, and middle of its edges; None for no line.
-
-    The bare part's light is a parabola: part of a highlight, on either side of the burr.
-    """
-    bare = np.abs(across) > _BESIDE * width_mm
-    fit = np.polynomial.Polynomial.fit(across[bare], profile[bare], 2)
-    change = profile - fit(across)
-    noise = float(change[bare].std())
-    change = np.where(np.abs(across) <= _LINE * width_mm, change, 0.0)
-    size = np.abs(change)
-    if size.max() < max(_STANDS_OUT * noise, 1e-6):
-        return None
-    if size.sum() * (across[1] - across[0]) < _NARROWEST * width_mm * size.max():
-        return None
-    tried = np.arange(-0.5, 0.5, 0.01) * width_mm
-    mirrored = np.interp(2.0 * tried[:, None] - across, across, change)
-    left = ((change - mirrored) ** 2).sum(axis=1)
-    best = int(np.argmin(left))
-    if not 0 < best < len(tried) - 1 or left[best] > _LOPSIDED * 2.0 * float((change**2).sum()):
-        return None
-    before, here, behind = left[best - 1 : best + 2]
-    bend = before - 2.0 * here + behind
-    shift = 0.5 * (before - behind) / bend if bend > 0.0 else 0.0
-    middle = float(tried[best] + shift * (tried[1] - tried[0]))
-    edges = [_edge(across, change, middle, side * width_mm) for side in (-1.0, 1.0)]
-    return middle, float(np.mean(edges))
-
-
-def _edge(across: Floats, change: Floats, middle: float, towards_mm: float) -> float:
-    """Where the change falls to half of what it is on one side of the middle."""
-    away = np.linspace(0.0, _LINE, 200) * towards_mm
-    there = np.interp(middle + away, across, change)
-    level = float(np.median(there[np.abs(away) < 0.4 * abs(towards_mm)]))
-    less = np.flatnonzero(there / level < 0.5) if level != 0.0 else np.zeros(0, np.int64)
-    return float(middle + (away[less[0]] if len(less) else away[-1]))
+    end = int(np.searchsorted(unknown, middle))
+    first = int(unknown[end - 1]) + 1 if end else 0
+    there = slice(first, int(unknown[end]) if end < len(unknown) else light.shape[1])
+    total = np.where(known, parts, 0.0).sum(axis=1)[:, there]
+    return there, np.asarray(total / known.sum(axis=1)[:, there])

@@ -101,11 +101,9 @@ def tracked(
         local[near, 0], local[near, 1], deviation[near], surface.vertex_sigma_mm[near],
         half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), middle_mm=middle, reach_mm=reach,
     )  # fmt: skip
-    found = _joined(
-        hump.place(least_mm=_HIGH * high if called is None else 0.0),
-        None if called is None else _shaded(outcome, burr, T_camera_burr, called, rig=rig, pixel_mm=pixel_mm),
-        aside_mm=0.5 * width * _aside(rig, T_camera_burr),
-    )
+    depth = hump.place(least_mm=_HIGH * high if called is None else 0.0)
+    light = _shaded(outcome, burr, T_camera_burr, gate_mm, rig=rig, pixel_mm=pixel_mm)
+    found = light or _known(depth, more_mm=0.5 * width * _aside(rig, T_camera_burr))
     if found is None or found.sigma > _VAGUE * width:
         return None
     across = found.value
@@ -141,7 +139,7 @@ def _aside(rig: Rig, T_camera_burr: Floats) -> float:
 
 
 def _shaded(
-    outcome: Outcome, burr: Burr, T_camera_burr: Floats, middle_mm: float, *, rig: Rig, pixel_mm: float
+    outcome: Outcome, burr: Burr, T_camera_burr: Floats, gate_mm: float, *, rig: Rig, pixel_mm: float
 ) -> Value | None:
     """Where the light has the burr; None where it does not tell."""
     sight = sight_of(outcome.scan.radiance, outcome.surface.points_mm, rig)
@@ -149,20 +147,13 @@ def _shaded(
         return None
     return shade_centre(
         sight, outcome.inspection, T_camera_burr, width_mm=burr.width_mm.value,
-        length_mm=burr.length_mm.value, middle_mm=middle_mm, pixel_mm=pixel_mm,
+        length_mm=burr.length_mm.value, middle_mm=0.0, reach_mm=gate_mm, pixel_mm=pixel_mm,
     )  # fmt: skip
 
 
-def _joined(depth: Value | None, light: Value | None, *, aside_mm: float) -> Value | None:
-    """Their mean by inverse variance; where they differ by more than stated, that is what they err by."""
-    known = [one for one in (depth, light) if one is not None]
-    if not known:
-        return None
-    weight = np.array([1.0 / (one.sigma**2 + aside_mm**2) for one in known])
-    value = np.array([one.value for one in known])
-    mean = float(weight @ value / weight.sum())
-    excess = float(weight @ (value - mean) ** 2)
-    return Value(mean, float(np.sqrt(max(excess, 1.0) / weight.sum())))
+def _known(depth: Value | None, *, more_mm: float) -> Value | None:
+    """A place with what it may be off by besides."""
+    return None if depth is None else Value(depth.value, float(np.hypot(depth.sigma, more_mm)))
 
 
 class _Hump:

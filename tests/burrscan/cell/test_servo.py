@@ -80,8 +80,10 @@ class World:
         line = generatrix()
         curve = Generatrix(line.z_mm + shift, line.r_mm, line.sigma_mm, line.band_mm)
         inspection = Inspection(axis, curve, (), frame, deviation_mm(points, axis, curve))
-        surface = SimpleNamespace(vertices_mm=points, vertex_sigma_mm=np.full(len(points), self.noise_mm))
-        return SimpleNamespace(surface=surface, inspection=inspection)
+        noise = np.full(len(points), self.noise_mm)
+        surface = SimpleNamespace(vertices_mm=points, vertex_sigma_mm=noise, points_mm=np.empty((0, 0, 3)))
+        scan = SimpleNamespace(radiance=None)  # no light: by depth alone
+        return SimpleNamespace(scan=scan, surface=surface, inspection=inspection)
 
 
 def _run(world: World, monkeypatch: pytest.MonkeyPatch, **options: Any) -> Any:

@@ -55,11 +55,11 @@ def _pose() -> Floats:
     return np.asarray(_CAMERA @ pose)
 
 
-def _centre(sight: Sight, *, middle_mm: float = 0.0) -> Value | None:
+def _centre(sight: Sight, *, middle_mm: float = 0.0, reach_mm: float = 1.0) -> Value | None:
     """Beside angle 0, as it counts: the burr's y runs against the angle."""
     found = shade_centre(
         sight, _inspection(), _pose(), width_mm=_WIDTH_MM, length_mm=_LENGTH_MM, middle_mm=-middle_mm,
-        pixel_mm=_PIXEL_MM,
+        reach_mm=reach_mm, pixel_mm=_PIXEL_MM,
     )  # fmt: skip
     return None if found is None else Value(-found.value, found.sigma)
 
@@ -75,6 +75,15 @@ def test_the_middle_is_told_to_a_fraction_of_a_pixel(dark: float) -> None:
     rms = float(np.sqrt(np.mean(np.square(errors))))
     assert rms < 0.05 * _PIXEL_MM
     assert rms < 2.0 * float(np.sqrt(np.mean(np.square(stated)))) + 0.01 * _PIXEL_MM
+
+
+@pytest.mark.parametrize("at_mm", [-5.0, -3.1, -1.7])
+def test_a_line_is_found_as_far_off_as_a_part_may_have_been_moved(at_mm: float) -> None:
+    found = _centre(_sight(at_mm, highlight=1.0), reach_mm=6.0)
+    assert found is not None
+    # beside angle 0 by the arc, here by the chord
+    assert found.value == pytest.approx(RADIUS_MM * np.sin(at_mm / RADIUS_MM), abs=0.05)
+    assert _centre(_sight(at_mm, highlight=1.0), reach_mm=0.5 * abs(at_mm)) is None
 
 
 def test_a_highlight_behind_it_does_not_draw_it_aside() -> None:

@@ -46,8 +46,11 @@ def _look(
     line, centre = generatrix(), axis()
     frame = T_part_mesh(centre.point_mm, centre.direction)
     inspection = Inspection(centre, line, (), frame, deviation_mm(points, centre, line))
-    surface = SimpleNamespace(vertices_mm=points, vertex_sigma_mm=sigma.ravel())
-    return cast(Outcome, SimpleNamespace(surface=surface, inspection=inspection))
+    surface = SimpleNamespace(
+        vertices_mm=points, vertex_sigma_mm=sigma.ravel(), points_mm=np.empty((0, 0, 3))
+    )
+    scan = SimpleNamespace(radiance=None)  # no light: by depth alone
+    return cast(Outcome, SimpleNamespace(scan=scan, surface=surface, inspection=inspection))
 
 
 def _found(outcome: Outcome, rig: Rig = _RIG) -> Tracked | None:
@@ -125,9 +128,7 @@ def test_a_burr_that_the_detector_calls_is_found_though_its_flanks_show_little_o
         look = _look(rng, 0.4, ridge_mm=0.3)
         assert _found(look) is None
         called = replace(look.inspection, burrs=(burr(np.degrees(0.5 / RADIUS_MM)),))
-        scan = SimpleNamespace(radiance=None)
-        surface = SimpleNamespace(**vars(look.surface), points_mm=np.empty((0, 0, 3)))
-        known = SimpleNamespace(scan=scan, surface=surface, inspection=called)
+        known = SimpleNamespace(scan=look.scan, surface=look.surface, inspection=called)
         found = _found(cast(Outcome, known))
         assert found is not None
         assert found.burr.T_mesh_burr[1, 3] == pytest.approx(0.4, abs=0.12)
