@@ -37,8 +37,9 @@ _STANDS_OUT = 5.0
 """Standard deviations of the bare part's logarithm by which the line must differ from it."""
 _ALIKE = 0.7
 """Share of the line's energy that its mirror image must have too (1: the same, 0: unlike, -1: opposite)."""
-_NARROWEST = 0.75
-"""Burr widths that a line must have: a narrower one is that of one flank, beside another that is lit."""
+_NARROWEST = 0.6
+"""Burr widths that a line must have: that of one flank alone, beside another that is lit, has half of one,
+and a width is called to a fifth."""
 _LEAST_ROWS = 0.5
 """Share of a piece's rows whose light must be known at a place."""
 
