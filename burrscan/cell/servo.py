@@ -8,7 +8,7 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -157,11 +157,11 @@ def servo(
     rig = station.scanner.rig
     glances: list[Glance] = []
     same_side: list[Sighting] = []
-    roll: float | None = None
+    rolls: tuple[float, ...] = ()
     for _ in range(most):
         found = sum(glance.T_base_burr is not None for glance in glances)
         height = HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
-        reported, roll = move_tool(station, lift(expected, height), roll=roll, slant_deg=slant)
+        reported, roll = move_tool(station, lift(expected, height), rolls=rolls, slant_deg=slant)
         outcome, why = _look(station, pipeline)
         at = np.asarray(np.linalg.inv(reported) @ expected, float)
         gate_mm = _GATE_MM[found > 0]
@@ -173,8 +173,9 @@ def servo(
         if seen is None:
             glances.append(Glance(reported, height, outcome=outcome, why=why))
             same_side = []
-            roll = _other_way(station, lift(expected, height), roll)
+            rolls = roll + 180.0, roll  # from its other end, if the arm can
             continue
+        rolls = (roll,)
         measured = np.asarray(reported @ seen.burr.T_mesh_burr, float)
         same_side.append(Sighting(measured, reported @ station.T_camera_tool, seen.across_sigma_mm))
         place, sigma = place_now(same_side, sheet=station.arm.sheet, lever_mm=lever)
@@ -185,14 +186,6 @@ def servo(
             return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
     return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
-
-
-def _other_way(station: Station, T_base_tool: Floats, roll: float) -> float:
-    """The roll for the next look where one did not find the burr: from its other end, if the arm can."""
-    try:
-        return move_tool(station, T_base_tool, roll=roll + 180.0)[1]
-    except OutOfReachError:
-        return roll
 
 
 def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
@@ -248,9 +241,11 @@ def _upright_roll(station: Station, T_base_tool: Floats) -> float:
 
 
 def move_tool(
-    station: Station, T_base_tool: Floats, *, roll: float | None = None, slant_deg: float = 0.0
+    station: Station, T_base_tool: Floats, *, rolls: Sequence[float] = (), slant_deg: float = 0.0
 ) -> tuple[Floats, float]:
-    """Bring the tool there, at a roll about itself, or at the first that the arm can reach without touching.
+    """Bring the tool there, at the first roll about itself that the arm can reach without touching.
+
+    Those of ``rolls`` are tried in their order; without any all that there are (:func:`tool_poses`).
 
     Returns
     -------
@@ -266,9 +261,9 @@ def move_tool(
     said = ""
     T_tool_flange = np.linalg.inv(station.T_flange_tool)
     tries = (
-        tool_poses(station, T_base_tool, slant_deg=slant_deg)
-        if roll is None
-        else iter([(roll, at_roll(T_base_tool, roll) @ T_tool_flange)])
+        ((roll, at_roll(T_base_tool, roll) @ T_tool_flange) for roll in rolls)
+        if rolls
+        else tool_poses(station, T_base_tool, slant_deg=slant_deg)
     )
     for angle, flange in tries:
         try:

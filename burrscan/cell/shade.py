@@ -51,7 +51,6 @@ def shade_centre(
     *,
     width_mm: float,
     length_mm: float,
-    middle_mm: float,
     reach_mm: float,
     pixel_mm: float,
 ) -> Value | None:
@@ -65,8 +64,8 @@ def shade_centre(
         (4, 4) about where the burr is: x along it, z out of the surface.
     width_mm, length_mm
         The burr's.
-    middle_mm, reach_mm
-        About where its middle is across it, and how far from there it may be.
+    reach_mm
+        How far across it from there it may be.
     pixel_mm
         What a pixel spans there.
 
@@ -88,7 +87,7 @@ def shade_centre(
     across = np.arange(-half, half + 0.5 * step, step)
     rows = max(int(0.9 * length_mm / (0.5 * pixel_mm)) // PIECES, 1) * PIECES
     along = np.linspace(-0.45, 0.45, rows) * length_mm
-    light = _log_light(sight, inspection, T_camera_burr, along, middle_mm + across)
+    light = _log_light(sight, inspection, T_camera_burr, along, across)
     profiles = _profiles(light)
     if profiles is None:
         return None
@@ -113,7 +112,7 @@ def shade_centre(
         spreads.append(float(np.var(known)) * (PIECES - 1))
     differ = 0.5 * (centres[0] - centres[1])
     sigma = np.sqrt(np.mean(spreads) + differ**2 + (_GRAIN * pixel_mm) ** 2)
-    return Value(middle_mm + float(np.mean(centres)), float(sigma))
+    return Value(float(np.mean(centres)), float(sigma))
 
 
 def _mirrored(change: Floats, half: int) -> Floats:
@@ -140,15 +139,24 @@ def _best(mirrored: Floats, across: Floats, about: float, reach: float) -> float
     k = int(inside[np.argmax(common[inside])])
     if k in (inside[0], inside[-1]) or common[k] < _ALIKE * all_of_it[k]:
         return None
-    before, here, behind = common[k - 1 : k + 2]
+    return float(across[k] + top_of(common, k) * (across[1] - across[0]))
+
+
+def top_of(values: Floats, k: int) -> float:
+    """Where the parabola through the ``k``-th of even values and its neighbours is highest, steps from k."""
+    before, here, behind = values[k - 1 : k + 2]
     bend = before - 2.0 * here + behind
-    shift = 0.5 * (before - behind) / bend if bend < 0.0 else 0.0
-    return float(across[k] + shift * (across[1] - across[0]))
+    return 0.5 * float((before - behind) / bend) if bend < 0.0 else 0.0
+
+
+def _bare(beside: Floats, wide: float) -> Bools:
+    """(columns,) those of the part beside the burr."""
+    return np.asarray((np.abs(beside) > _BESIDE * wide) & (np.abs(beside) < _FAR * wide))
 
 
 def _over_bare(profiles: Floats, beside: Floats, wide: float) -> Floats:
     """(pieces, columns) what differs from the bare part, whose light is a parabola: part of a highlight."""
-    bare = (np.abs(beside) > _BESIDE * wide) & (np.abs(beside) < _FAR * wide)
+    bare = _bare(beside, wide)
     fits = np.polynomial.polynomial.polyfit(beside[bare], profiles[:, bare].T, 2)
     return np.asarray(profiles - np.polynomial.polynomial.polyval(beside, fits))
 
@@ -157,8 +165,7 @@ def _is_line(profile: Floats, beside: Floats, wide: float) -> bool:
     """Whether a line of the burr's width stands out there."""
     change = _over_bare(profile[None], beside, wide)[0]
     size = np.abs(np.where(np.abs(beside) <= _BESIDE * wide, change, 0.0))
-    bare = (np.abs(beside) > _BESIDE * wide) & (np.abs(beside) < _FAR * wide)
-    if size.max() < max(_STANDS_OUT * float(change[bare].std()), 1e-6):
+    if size.max() < max(_STANDS_OUT * float(change[_bare(beside, wide)].std()), 1e-6):
         return False
     return bool(size.sum() * (beside[1] - beside[0]) >= _NARROWEST * wide * size.max())
 

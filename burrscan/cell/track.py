@@ -1,9 +1,10 @@
-"""Where a burr that is known to be there is in one look: the matched filter, not the detector.
+"""Where a burr that is known to be there is in one look: by its light, or by a matched filter of its depths.
 
-A detector must decide; a servo knows what it looks for and wants the place. So the deviations around the
-expected place are compared with a hump of the burr's width, and the place is where such a hump explains most
-(the matched filter: North 1943; Kay, Fundamentals of Statistical Signal Processing II, section 4.3). A flank
-that mirrors the part is measured wrongly and says so by its standard deviations: it counts little.
+A detector must decide; a servo knows what it looks for and wants the place. The light tells it where it can
+(:mod:`burrscan.cell.shade`). Where it does not, the deviations around the expected place are compared with a
+hump of the burr's width, and the place is where such a hump explains most (the matched filter: North 1943;
+Kay, Fundamentals of Statistical Signal Processing II, section 4.3). A flank that mirrors the part is measured
+wrongly and says so by its standard deviations: it counts little.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.cell.shade import PIECES, shade_centre
+from burrscan.cell.shade import PIECES, shade_centre, top_of
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Burr, Value
@@ -97,13 +98,14 @@ def tracked(
     near &= np.abs(local[:, 1] - middle) < 2.0 * reach + width
     if near.sum() < _LEAST:
         return None
-    hump = _Hump(
-        local[near, 0], local[near, 1], deviation[near], surface.vertex_sigma_mm[near],
-        half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), middle_mm=middle, reach_mm=reach,
-    )  # fmt: skip
-    depth = hump.place(least_mm=_HIGH * high if called is None else 0.0)
-    light = _shaded(outcome, burr, T_camera_burr, gate_mm, rig=rig, pixel_mm=pixel_mm)
-    found = light or _known(depth, more_mm=0.5 * width * _aside(rig, T_camera_burr))
+    found = _shaded(outcome, burr, T_camera_burr, gate_mm, rig=rig, pixel_mm=pixel_mm)
+    if found is None:
+        hump = _Hump(
+            local[near, 0], local[near, 1], deviation[near], surface.vertex_sigma_mm[near],
+            half_mm=float(np.hypot(0.5 * width, 0.5 * pixel_mm)), middle_mm=middle, reach_mm=reach,
+        )  # fmt: skip
+        depth = hump.place(least_mm=_HIGH * high if called is None else 0.0)
+        found = _known(depth, more_mm=0.5 * width * _aside(rig, T_camera_burr))
     if found is None or found.sigma > _VAGUE * width:
         return None
     across = found.value
@@ -147,7 +149,7 @@ def _shaded(
         return None
     return shade_centre(
         sight, outcome.inspection, T_camera_burr, width_mm=burr.width_mm.value,
-        length_mm=burr.length_mm.value, middle_mm=0.0, reach_mm=gate_mm, pixel_mm=pixel_mm,
+        length_mm=burr.length_mm.value, reach_mm=gate_mm, pixel_mm=pixel_mm,
     )  # fmt: skip
 
 
@@ -215,9 +217,7 @@ class _Hump:
         best = int(np.argmax(gain))
         at = float(self._places[best])
         if 0 < best < len(gain) - 1:
-            before, here, behind = gain[best - 1 : best + 2]
-            bend = before - 2.0 * here + behind
-            at += 0.5 * _STEP_MM * float((before - behind) / bend) if bend < 0.0 else 0.0
+            at += _STEP_MM * top_of(gain, best)
         level = float((data - height[best] * shape[best]) / total)
         return best, at, float(height[best]), level
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ import pytest
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell import servo as module
-from burrscan.cell.positioner import PositionerSheet
+from burrscan.cell.positioner import OutOfReachError, PositionerSheet
 from burrscan.cell.servo import HEIGHTS_MM, servo
 from burrscan.cell.station import Station
 from burrscan.errors import InputError
@@ -153,3 +153,27 @@ def test_a_view_without_a_part_is_named(monkeypatch: pytest.MonkeyPatch) -> None
     reached = servo(World(0).station(), target, np.array(target.T_mesh_burr))
     assert not reached.converged
     assert "usable vertices" in reached.why
+
+
+@pytest.mark.parametrize(("refused", "turns"), [(False, [180.0, 0.0, 180.0]), (True, [0.0, 0.0, 0.0])])
+def test_after_a_look_in_vain_the_scanner_comes_from_the_other_end_where_the_arm_can(
+    *, refused: bool, turns: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Recording(World):
+        asked: ClassVar[list[Floats]] = []
+
+        def move(self, T_base_flange: Floats) -> Floats:
+            if refused and self.asked and self.asked[0][:3, 0] @ T_base_flange[:3, 0] < 0.0:
+                raise OutOfReachError("the elbow touches the table")
+            self.asked.append(T_base_flange)
+            return super().move(T_base_flange)
+
+        def scan(self, _scanner: object, _pipeline: object) -> Any:
+            raise InputError("only 3 usable vertices")
+
+    Recording.asked = []
+    reached = _run(Recording(0), monkeypatch)
+    # one move for each look
+    assert len(Recording.asked) == len(reached.glances) == 4
+    cosines = [float(Recording.asked[0][:3, 0] @ flange[:3, 0]) for flange in Recording.asked[1:]]
+    assert np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))) == pytest.approx(turns, abs=1e-3)

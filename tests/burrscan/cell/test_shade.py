@@ -55,11 +55,11 @@ def _pose() -> Floats:
     return np.asarray(_CAMERA @ pose)
 
 
-def _centre(sight: Sight, *, middle_mm: float = 0.0, reach_mm: float = 1.0) -> Value | None:
+def _centre(sight: Sight, *, reach_mm: float = 1.0) -> Value | None:
     """Beside angle 0, as it counts: the burr's y runs against the angle."""
     found = shade_centre(
-        sight, _inspection(), _pose(), width_mm=_WIDTH_MM, length_mm=_LENGTH_MM, middle_mm=-middle_mm,
-        reach_mm=reach_mm, pixel_mm=_PIXEL_MM,
+        sight, _inspection(), _pose(), width_mm=_WIDTH_MM, length_mm=_LENGTH_MM, reach_mm=reach_mm,
+        pixel_mm=_PIXEL_MM,
     )  # fmt: skip
     return None if found is None else Value(-found.value, found.sigma)
 
@@ -87,7 +87,7 @@ def test_a_line_is_found_as_far_off_as_a_part_may_have_been_moved(at_mm: float) 
 
 
 def test_a_highlight_behind_it_does_not_draw_it_aside() -> None:
-    found = _centre(_sight(0.3, highlight=1.0), middle_mm=0.2)
+    found = _centre(_sight(0.3, highlight=1.0))
     assert found is not None
     assert found.value == pytest.approx(0.3, abs=0.03)
 
