@@ -188,11 +188,6 @@ STEPS: tuple[Step, ...] = (
     Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),
     Step("halo left out of the ridge", "burrs", {f"{_RESIDUAL}:_HALO": 0.0}),
     Step(
-        "no lower than its crest",
-        "burrs",
-        {f"{_RESIDUAL}:no_lower_than_its_crest": lambda burr, *_: burr},
-    ),
-    Step(
         "corners left out of the ridge",
         "burrs",
         {"burrscan.burrs.describe:_cornered": lambda _, site, __: np.zeros(len(site.chosen), np.bool_)},

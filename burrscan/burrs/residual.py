@@ -9,7 +9,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.crest import no_lower_than_its_crest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
@@ -129,7 +128,6 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
         if burr is None:
             continue
-        burr = no_lower_than_its_crest(burr, field, _inside(field, site))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
