@@ -18,6 +18,8 @@ from burrscan.axis.fitting.doubt import (
 )
 from burrscan.axis.fitting.fit import FLOOR, Fit, refine
 from burrscan.axis.fitting.ridges import SPACING
+from burrscan.axis.fitting.scales import deviations, round_share, unlikelihood
+from burrscan.axis.fitting.sharpest import sharpest_place
 from burrscan.axis.fitting.starts import candidate_axes
 from burrscan.axis.points.cloud import Cloud, canonical_cloud, voxel_moments
 from burrscan.axis.points.smooth import displacement, given_back, median_square_edge, smoothed, smoothed_cloud
@@ -52,6 +54,10 @@ HALF = 0.5
 along the surface."""
 MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
+MOST_ROUND = 0.9
+"""Share of inliers on the round side from which nothing else is tried: burrs and edges take less."""
+FEW = 8192
+"""Points that another place is looked for with: it is told by all of them together."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -140,6 +146,11 @@ def find_axis_profile(
     ]  # fmt: skip
     if corners is not None:  # no noise is stated there, so that there is one fit
         fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
+    if corners is None:
+        fits = [
+            _where_likelier(points, weights, fit, blur=blur, steps=full_steps)
+            for weights, fit in zip(weightings, fits, strict=True)
+        ]
     stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
     fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
@@ -152,6 +163,24 @@ def find_axis_profile(
     if other > most_doubt and "direction" not in flags:
         raise InputError(_refusal(axis, other, [_line(cloud, rival) for rival in rivals]))
     return axis
+
+
+def _where_likelier(points: Floats, weights: Floats, fit: Fit, *, blur: float, steps: int) -> Fit:
+    """The fit, or one beside it where the generatrix is sharper, if its round side hardly fits here.
+
+    A flat face that is seen well sets the noise, and a side with lugs or flutes then counts nearly nothing.
+    """
+    few = np.ascontiguousarray(points[:: len(points) // FEW + 1])
+    seen = deviations(few, fit)
+    if round_share(seen, fit) >= MOST_ROUND:
+        return fit
+    place = sharpest_place(few, fit.frame, fit.place)
+    other = refine(
+        points, weights, fit.frame[:, 2], place,
+        blur=blur, steps=steps, sigma=fit.sigma, raw_sigma=fit.raw_sigma,
+        thinned=(few, np.ones(len(few))), least=fit.least,
+    )  # fmt: skip
+    return min(fit, other, key=lambda one: unlikelihood(few, deviations(few, one), one))
 
 
 def _other_probability(
