@@ -20,6 +20,7 @@ from burrscan.axis.fitting.fit import (
     symmetric,
 )
 from burrscan.axis.fitting.ridges import Pieces
+from burrscan.axis.fitting.scales import deviations, relative_scales
 from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
@@ -88,6 +89,7 @@ def _tally(
     frame: Floats,
     place: Floats,
     curve: Curve,
+    relative: Floats,
     limit: float,
     response: Floats,
     gram: Floats,
@@ -111,7 +113,7 @@ def _tally(
         if k < 0:
             continue
         t, d, mz, mr = off_piece(z, r, k, curve)
-        w = weights[i] if weights.shape[0] > 0 else 1.0
+        w = (weights[i] if weights.shape[0] > 0 else 1.0) / relative[k] ** 2
         if abs(d) * np.sqrt(w) >= limit:
             continue
         cosine, sine = x / r, y / r
@@ -165,7 +167,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Axi
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
     A = _tally(
-        points, raw, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma,
+        points, raw, weights, fit.frame, fit.place, curve_of(fit), relative_scales(deviations(points, fit), fit), TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
     told = _condensed(scores)
