@@ -18,7 +18,7 @@ from burrscan.axis.fitting.doubt import (
 )
 from burrscan.axis.fitting.fit import FLOOR, Fit, refine
 from burrscan.axis.fitting.ridges import SPACING
-from burrscan.axis.fitting.scales import deviations, round_share, unlikelihood
+from burrscan.axis.fitting.scales import thickness_of, unlikelihood
 from burrscan.axis.fitting.sharpest import sharpest_place
 from burrscan.axis.fitting.starts import candidate_axes
 from burrscan.axis.points.cloud import Cloud, canonical_cloud, voxel_moments
@@ -56,8 +56,6 @@ MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
 MOST_ROUND = 0.9
 """Share of inliers on the round side from which nothing else is tried: burrs and edges take less."""
-FEW = 8192
-"""Points that another place is looked for with: it is told by all of them together."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -146,9 +144,9 @@ def find_axis_profile(
     ]  # fmt: skip
     if corners is not None:  # no noise is stated there, so that there is one fit
         fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
-    if corners is None:
+    else:
         fits = [
-            _where_likelier(points, weights, fit, blur=blur, steps=full_steps)
+            _where_likelier(points, weights, fit, (means, counts), blur=blur, steps=full_steps)
             for weights, fit in zip(weightings, fits, strict=True)
         ]
     stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
@@ -165,22 +163,23 @@ def find_axis_profile(
     return axis
 
 
-def _where_likelier(points: Floats, weights: Floats, fit: Fit, *, blur: float, steps: int) -> Fit:
+def _where_likelier(
+    points: Floats, weights: Floats, fit: Fit, thinned: tuple[Floats, Floats], *, blur: float, steps: int
+) -> Fit:
     """The fit, or one beside it where the generatrix is sharper, if its round side hardly fits here.
 
     A flat face that is seen well sets the noise, and a side with lugs or flutes then counts nearly nothing.
     """
-    few = np.ascontiguousarray(points[:: len(points) // FEW + 1])
-    seen = deviations(few, fit)
-    if round_share(seen, fit) >= MOST_ROUND:
+    here = thickness_of(points, fit)
+    if here.round_share >= MOST_ROUND:
         return fit
-    place = sharpest_place(few, fit.frame, fit.place)
+    place = sharpest_place(*thinned, fit.frame, fit.place)
     other = refine(
         points, weights, fit.frame[:, 2], place,
-        blur=blur, steps=steps, sigma=fit.sigma, raw_sigma=fit.raw_sigma,
-        thinned=(few, np.ones(len(few))), least=fit.least,
+        blur=blur, steps=steps, sigma=fit.sigma, raw_sigma=fit.raw_sigma, thinned=thinned, least=fit.least,
     )  # fmt: skip
-    return min(fit, other, key=lambda one: unlikelihood(few, deviations(few, one), one))
+    likelier = unlikelihood(thickness_of(points, other), other) < unlikelihood(here, fit)
+    return other if likelier else fit
 
 
 def _other_probability(

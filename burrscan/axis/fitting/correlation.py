@@ -1,11 +1,12 @@
-"""How far errors reach along the surface, read off the residuals, and what that makes of an axis's variance.
+"""What errors that reach along the surface make of an axis's variance.
 
 Errors of real scans are alike over many points: those of decoding windows, of a calibration, of a part that
-is not quite round. How far they reach and how large they are is not known, but where they reach further
-than a sector, the scores of neighbouring sectors (the gradient of the fit, sector by sector) agree. Lengths
-and sizes on a grid are weighed by their restricted likelihood (Patterson & Thompson 1971), that of what the
-fit leaves: what it has followed of such errors is allowed for. The variance is the mean over the grid, so
-that what few sectors leave open of the correlation widens it too.
+is not quite round. What neighbours share the residuals say (:mod:`burrscan.axis.fitting.correlogram`).
+Besides, errors may reach further than that shows: then the scores of neighbouring sectors (the gradient of
+the fit, sector by sector) agree by more. Lengths and sizes on a grid are weighed by their restricted
+likelihood (Patterson & Thompson 1971), that of what the fit leaves: what it has followed of such errors is
+allowed for.
+The variance is the mean over the grid, so that what few sectors leave open of the correlation widens it too.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
+from burrscan.axis.fitting.correlogram import Correlation, alike
 
 LENGTHS = (0.1, 0.2, 0.4, 0.8)
 """Of the correlation (sigma of a Gaussian), in rms radii: from what one sector holds to half a view."""
@@ -25,7 +27,9 @@ LOBES = (2, 3)
 """Waves round the part of a turned part that is not quite round: gripped in a vice, or in a chuck's three
 jaws."""
 AGAINST = 4.0
-"""Odds, before the data are seen, that errors reach no further than a sector."""
+"""Odds, before the data are seen, that errors reach no further than neighbours show."""
+SINGULAR = 1e-6
+"""Eigenvalues of a correlation below this share of the largest are rounding."""
 NARROW = 1e-4
 """A direction with less than this share of the largest information of a sector says nothing."""
 FEWEST_MODES = 2.0
@@ -45,12 +49,16 @@ class Scores:
     shares
         (S, 4, 4) information; they sum up to the identity.
     lifts
-        (K, S, 4) what an error that all points of a piece of the generatrix share in a sector does to a
-        score.
+        (K, S, 4) what an error of one standard deviation does to a score that all points of a piece of the
+        generatrix share in a sector.
     weights
         (S,) of the points.
     places, normals
         (K, 2) of the pieces in the (z, r) plane.
+    spacing
+        Of the pieces along the generatrix.
+    shared
+        What neighbouring points share.
 
     """
 
@@ -60,55 +68,87 @@ class Scores:
     weights: Floats
     places: Floats
     normals: Floats
+    spacing: float
+    shared: Correlation
 
 
 def widened(scores: Scores) -> Floats:
-    """(4, 4) covariance of the axis in the basis of the scores; the identity if errors are independent.
+    """(4, 4) covariance of the axis in the basis of the scores; the identity if errors are each point's own.
 
     O(S³) for each length.
     """
     seen = np.flatnonzero(scores.weights > 1e-3 * scores.weights.max())
     if not len(seen):
         return np.eye(4)
+    lifts = scores.lifts[:, seen]
+    own_share = 1.0 - scores.shared.share
+    around, across = _neighbours(scores, seen)
+    near = own_share * np.eye(4) + scores.shared.share * _total(lifts, around, across)
     # A narrow sector tells of two directions only: a tilt and a shift in its own meridian.
     values, vectors = (part[..., -2:] for part in np.linalg.eigh(scores.shares[seen]))
     told = values.ravel() > NARROW * values.max()
     if np.count_nonzero(told) < 4 + FEWEST:
-        return np.eye(4)
+        return near
     white = (vectors / np.sqrt(np.maximum(values, 1e-300))[:, None, :]).transpose(0, 2, 1)
     data = np.einsum("sep,sp->se", white, scores.sums[seen]).ravel()[told]
     design = np.einsum("sep,spq->seq", white, scores.shares[seen]).reshape(-1, 4)[told]
-    lifts = scores.lifts[:, seen]
     local = np.einsum("sep,ksp->kse", white, lifts).reshape(len(lifts), -1)[:, told]
-    sector = np.repeat(np.arange(len(seen)), 2)[told]
+    sector = np.ix_(*2 * (np.repeat(np.arange(len(seen)), 2)[told],))
+    root = _inverse_root(
+        own_share * np.eye(len(data)) + scores.shared.share * (local.T @ across @ local) * around[sector]
+    )
     log_weights, found = [], []
     for around, across in _kernels(scores, seen):
-        shared = (local.T @ across @ local) * around[np.ix_(sector, sector)]
-        own = _total(lifts, around, across)
-        unit = 4.0 / max(float(np.trace(own)), 1e-300)
-        logs, scale, sizes = _evidence(unit * shared, design, data)
+        further = root @ ((local.T @ across @ local) * around[sector]) @ root
+        far = _total(lifts, around, across)
+        unit = float(np.trace(near)) / max(float(np.trace(far)), 1e-300)
+        logs, scale, sizes = _evidence(unit * further, root @ design, root @ data)
         log_weights.append(logs)
-        found.append(scale[:, None, None] * (np.eye(4) + sizes[:, None, None] * unit * own))
+        found.append(scale[:, None, None] * (near + sizes[:, None, None] * unit * far))
     logs = np.array(log_weights)
     logs[:, 1:] -= np.log(AGAINST * len(SIZES))
     weights = np.exp(logs - logs.max())
     return np.asarray(np.einsum("ls,lspq->pq", weights / weights.sum(), np.array(found)))
 
 
+def _neighbours(scores: Scores, seen: Ints) -> tuple[Floats, Floats]:
+    """Correlations of what neighbours share: between sectors (S, S), and between pieces (K, K)."""
+    chord, centre, apart, radius = _distances(scores, seen)
+    width = 2.0 * np.pi * radius / len(scores.weights)
+    around = centre @ alike(chord**2, scores.shared.reach, width) @ centre.T
+    return around, alike(apart**2, scores.shared.reach, scores.spacing)
+
+
+def _distances(scores: Scores, seen: Ints) -> tuple[Floats, Floats, Floats, float]:
+    """Between sectors (S, S), what takes a parallel's mean off, between pieces (K, K), and the radius."""
+    radius = float(np.median(scores.places[:, 1]))
+    chord = 2.0 * radius * np.sin(0.5 * _turns(scores, seen))
+    share = scores.weights[seen] / scores.weights[seen].sum()
+    apart = np.linalg.norm(scores.places[:, None] - scores.places, axis=2)
+    return chord, np.eye(len(seen)) - share, apart, radius
+
+
+def _turns(scores: Scores, seen: Ints) -> Floats:
+    """(S, S) angles between sectors."""
+    return np.asarray(2.0 * np.pi * (seen[:, None] - seen) / len(scores.weights))
+
+
+def _inverse_root(matrix: Floats) -> Floats:
+    """Symmetric inverse square root of a matrix that may be singular."""
+    values, vectors = np.linalg.eigh(matrix)
+    return np.asarray((vectors / np.sqrt(np.maximum(values, SINGULAR * values[-1]))) @ vectors.T)
+
+
 def _kernels(scores: Scores, seen: Ints) -> Iterator[tuple[Floats, Floats]]:
     """Correlations of errors between sectors (S, S), the mean of a parallel off, and pieces (K, K)."""
-    turn = 2.0 * np.pi * (seen[:, None] - seen) / len(scores.weights)
-    radius = float(np.median(scores.places[:, 1]))
-    chord = 2.0 * radius * np.sin(0.5 * turn)
-    apart = np.linalg.norm(scores.places[:, None] - scores.places, axis=2)
-    share = scores.weights[seen] / scores.weights[seen].sum()
-    centre = np.eye(len(seen)) - share
+    chord, centre, apart, _ = _distances(scores, seen)
     for length in LENGTHS:
         around = centre @ np.exp(-0.5 * (chord / length) ** 2) @ centre.T
         yield around, np.exp(-0.5 * (apart / length) ** 2)
         yield around, np.ones_like(apart)
     lift = scores.places[:, 1] * scores.normals[:, 1]
-    yield centre @ sum(np.cos(n * turn) for n in LOBES) @ centre.T, np.outer(lift, lift)
+    lobes = sum(np.cos(n * _turns(scores, seen)) for n in LOBES)
+    yield centre @ lobes @ centre.T, np.outer(lift, lift)
 
 
 def _total(lifts: Floats, around: Floats, across: Floats) -> Floats:

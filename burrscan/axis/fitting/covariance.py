@@ -9,6 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.correlation import Scores, widened
+from burrscan.axis.fitting.correlogram import Correlation, correlation_of
 from burrscan.axis.fitting.fit import (
     TUKEY,
     Curve,
@@ -20,7 +21,7 @@ from burrscan.axis.fitting.fit import (
     symmetric,
 )
 from burrscan.axis.fitting.ridges import Pieces
-from burrscan.axis.fitting.scales import deviations, relative_scales
+from burrscan.axis.fitting.scales import relative_scales, thickness_of
 from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
@@ -29,6 +30,8 @@ SECTORS = 64
 disagreement."""
 BINS_ALONG = 16
 """Places along a piece, over its whole reach of ±2 spacings."""
+REACH_ALONG = 4.0
+"""Spacings that the places along a piece go over."""
 PAIR = 2
 """Sectors told apart for the length of a correlation: 11° together halve the matrices."""
 
@@ -159,21 +162,29 @@ def _spurious(slopes: Floats, spacing: float) -> Floats:
 def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> AxisCovariance:
     """Uncertainty of a fit. O(V).
 
-    The information matrix, less what the slopes' noise feigns of it, times the variance of the raw residuals;
-    widened by what errors that reach over many points add (:mod:`burrscan.axis.fitting.correlation`), as with
+    The information matrix, each piece of the generatrix by its own noise, less what the slopes' noise feigns
+    of it, times the variance of the raw residuals; widened by what errors that reach over many points add
+    (:mod:`burrscan.axis.fitting.correlogram`, :mod:`burrscan.axis.fitting.correlation`), as with
     correlated noise, burrs along the axis, treads, or a part that is not round; and by the square of the step
     that the raw residuals would make of it: smoothing and the choice of points near edges draw by about that.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
+    relative = relative_scales(thickness_of(points, fit), fit)
     A = _tally(
-        points, raw, weights, fit.frame, fit.place, curve_of(fit), relative_scales(deviations(points, fit), fit), TUKEY * fit.sigma,
+        points, raw, weights, fit.frame, fit.place, curve_of(fit), relative, TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
     )  # fmt: skip
-    told = _condensed(scores)
+    told = _condensed(scores, relative)
     variance = max(told.squares / max(told.freedom - 4.0, 1.0), 1e-300)
     spurious = variance * _spurious(slopes, fit.pieces.spacing)
-    return _composed(symmetric(A) - told.known, spurious, told, variance, fit.pieces)
+    shared = correlation_of(
+        told.counts,
+        told.residuals / np.sqrt(variance),
+        radius=float(np.median(fit.pieces.centre[:, 1])),
+        along=REACH_ALONG * fit.pieces.spacing / BINS_ALONG,
+    )
+    return _composed(symmetric(A) - told.known, spurious, told, variance, fit.pieces, shared)
 
 
 class _Told(NamedTuple):
@@ -186,9 +197,12 @@ class _Told(NamedTuple):
     sums, shares
         Per sector, over all pieces, Σ w (d - d̄) (J - J̄) and the information Σ w (J - J̄) (J - J̄)ᵀ.
     lifts
-        Per piece and sector, Σ w (J - J̄).
+        Per piece and sector, Σ w (J - J̄) for an error of one standard deviation.
     weights
         Σ w per sector.
+    counts, residuals
+        Per piece, place along it and sector: the weight of its points, and Σ w (d - d̄), for noise that is the
+        same everywhere.
     squares, freedom
         Σ w (d - d̄)²; and the weight less the number of means.
 
@@ -199,12 +213,16 @@ class _Told(NamedTuple):
     shares: Floats
     lifts: Floats
     weights: Floats
+    counts: Floats
+    residuals: Floats
     squares: float
     freedom: float
 
 
-def _condensed(scores: Floats) -> _Told:
+def _condensed(scores: Floats, relative: Floats) -> _Told:
     """Take the means along parallels off the scores (K, BINS_ALONG, SECTORS, 11).
+
+    ``relative`` (K,) is the noise of the pieces, see :func:`burrscan.axis.fitting.scales.relative_scales`.
 
     The generatrix is free: only what changes along a parallel tells of the axis, and what smoothing moved
     alike all round (at edges) is no noise.
@@ -225,14 +243,18 @@ def _condensed(scores: Floats) -> _Told:
         known=np.einsum("kup,kuq->pq", total[..., 2:6], mean[..., 2:6]),
         sums=pull.sum(axis=(0, 1)),
         shares=np.einsum("kusp,kusq->spq", lift, lean),
-        lifts=lift.sum(axis=1),
+        lifts=lift.sum(axis=1) * relative[:, None, None],
         weights=scores[..., 0].sum(axis=(0, 1)),
+        counts=scores[..., 0] * relative[:, None, None] ** 2,
+        residuals=(scores[..., 1] - d * scores[..., 0]) * relative[:, None, None],
         squares=float((total[..., 10] - total[..., 1] * mean[..., 1]).sum()),
         freedom=float((total[..., 0] - 1.0)[total[..., 0] > 0.0].sum()),
     )
 
 
-def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces: Pieces) -> AxisCovariance:
+def _composed(
+    A: Floats, spurious: Floats, told: _Told, variance: float, pieces: Pieces, shared: Correlation
+) -> AxisCovariance:
     """Compose the covariance in the basis where A is the identity, mode by mode."""
     values, vectors = np.linalg.eigh(A)
     whiten = vectors / np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-100)))
@@ -245,6 +267,8 @@ def _composed(A: Floats, spurious: Floats, told: _Told, variance: float, pieces:
             weights=weights,
             places=pieces.centre,
             normals=pieces.normal,
+            spacing=pieces.spacing,
+            shared=shared,
         )
     )
     step = whiten @ (whiten.T @ told.sums.sum(axis=0))

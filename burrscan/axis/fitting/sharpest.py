@@ -23,15 +23,15 @@ AROUND = 8
 """Directions that are tried."""
 
 
-def sharpest_place(points: Floats, frame: Floats, place: Floats) -> Floats:
+def sharpest_place(points: Floats, weights: Floats, frame: Floats, place: Floats) -> Floats:
     """(3,) place of the axis with the greatest information potential near ``place``.
 
     A compass search, first at a coarse resolution. O(V + cells) a trial, some 150 of them.
 
     Parameters
     ----------
-    points
-        (V, 3) in the canonical frame.
+    points, weights
+        (V, 3) in the canonical frame and (V,), or none; ten thousand will do.
     frame, place
         Of the axis to start from: columns e1, e2, direction; and a point on it.
 
@@ -40,9 +40,9 @@ def sharpest_place(points: Floats, frame: Floats, place: Floats) -> Floats:
     compass = np.cos(turn)[:, None] * frame[:, 0] + np.sin(turn)[:, None] * frame[:, 1]
     step = FIRST
     for blur in BLURS:
-        best = _potential(points, frame, place, blur)
+        best = _potential(points, weights, frame, place, blur)
         while step > LAST * blur:
-            values = [_potential(points, frame, place + step * way, blur) for way in compass]
+            values = [_potential(points, weights, frame, place + step * way, blur) for way in compass]
             if max(values) > best:
                 best, place = max(values), place + step * compass[int(np.argmax(values))]
             else:
@@ -51,8 +51,8 @@ def sharpest_place(points: Floats, frame: Floats, place: Floats) -> Floats:
     return place
 
 
-def _potential(points: Floats, frame: Floats, place: Floats, blur: float) -> float:
+def _potential(points: Floats, weights: Floats, frame: Floats, place: Floats, blur: float) -> float:
     """Integral of the squared density over the (z, r) plane, up to a factor."""
     bounds = meridian_bounds(points, frame, place, REACH)
-    field, _, cell = density_field(points, np.empty(0), frame, place, blur, bounds)
+    field, _, cell = density_field(points, weights, frame, place, blur, bounds)
     return float((field[:, :, 0] ** 2).sum()) / cell**2

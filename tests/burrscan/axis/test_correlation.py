@@ -1,16 +1,22 @@
 """The width that correlated errors give a stated axis, against sectors whose errors are drawn."""
 
 import numpy as np
+import pytest
 
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.correlation import Scores, widened
+from burrscan.axis.fitting.correlogram import NONE, Correlation, correlation_of
 
 SECTORS, PIECES, POINTS = 32, 12, 40
 SEEN = 14
 
 
-def drawn(shared: float, length: float, rng: np.random.Generator) -> tuple[Scores, float]:
+def drawn(
+    shared: float, length: float, rng: np.random.Generator, told: Correlation = NONE
+) -> tuple[Scores, float]:
     """Scores of a cylinder's view with errors of a deviation ``shared`` that reach so far; and its own size.
+
+    ``told`` is what the residuals of neighbours say of them.
 
     Last the mean square, over the four of the pose, of the errors that they make.
     """
@@ -43,14 +49,16 @@ def drawn(shared: float, length: float, rng: np.random.Generator) -> tuple[Score
         weights=weights,
         places=np.stack([height, np.ones(PIECES)], axis=1),
         normals=np.tile([0.0, 1.0], (PIECES, 1)),
+        spacing=float(height[1] - height[0]),
+        shared=told,
     )
     return scores, float(pose @ pose) / 4.0
 
 
-def ratio(shared: float, length: float) -> Floats:
+def ratio(shared: float, length: float, told: Correlation = NONE) -> Floats:
     """Stated variance, and the true one, over many draws, in units of what independent errors make."""
     rng = np.random.default_rng(0)
-    runs = [drawn(shared, length, rng) for _ in range(60)]
+    runs = [drawn(shared, length, rng, told) for _ in range(60)]
     stated = np.median([np.trace(widened(scores)) / 4.0 for scores, _ in runs])
     return np.array([stated, np.mean([true for _, true in runs])])
 
@@ -68,6 +76,49 @@ def test_errors_that_reach_far_widen_by_what_they_make() -> None:
         assert 0.7 < stated / true < 3.0  # on the wide side: Student's quantile is in it
 
 
+def test_what_neighbours_share_widens_by_what_it_makes() -> None:
+    """Told of errors of one point in three standard deviations, it need not find them in fourteen sectors."""
+    shared, length = 0.3, 0.2
+    stated, true = ratio(shared, length, Correlation(share=shared**2, reach=length))
+    assert true > 2.0
+    assert 0.8 < stated / true < 2.0
+
+
+def field(share: float, reach: float, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Counts and sums of residuals of cells on half a cylinder, 0.02 by 0.1 radii, with ten points each."""
+    pieces, places, sectors = 10, 16, 64
+    along = 0.02 * np.arange(pieces * places)
+    turn = 2.0 * np.pi * np.arange(5 * sectors // 2) / (5 * sectors)  # five strips to a cell, then their mean
+    roots = [
+        np.linalg.cholesky(np.exp(-0.5 * ((at[:, None] - at) / reach) ** 2) + 1e-7 * np.eye(len(at)))
+        for at in (along, turn)
+    ]
+    white = rng.normal(size=(len(along), len(turn)))
+    errors = np.sqrt(share) * (roots[0] @ white @ roots[1].T).reshape(len(along), -1, 5).mean(axis=2)
+    errors += np.sqrt((1.0 - share) / 10.0) * rng.normal(size=errors.shape)
+    middle = 2.0 * np.pi * np.arange(sectors // 2) / sectors
+    followed = np.column_stack([np.ones_like(middle), np.cos(middle), np.sin(middle)])  # by the fit
+    errors -= errors @ followed @ np.linalg.pinv(followed)
+    counts, sums = np.zeros((2, pieces, places, sectors))
+    counts[..., : sectors // 2] = 10.0
+    sums[..., : sectors // 2] = 10.0 * errors.reshape(pieces, places, -1)
+    return counts, sums
+
+
+def test_share_and_reach_are_read_off_neighbours() -> None:
+    rng = np.random.default_rng(1)
+    for share, reach in ((0.6, 0.05), (0.3, 0.1), (0.8, 0.15)):
+        told = [correlation_of(*field(share, reach, rng), radius=1.0, along=0.02) for _ in range(8)]
+        assert np.mean([one.share for one in told]) == pytest.approx(share, abs=0.12)
+        assert np.mean([one.reach for one in told]) == pytest.approx(reach, rel=0.25)
+
+
+def test_neighbours_that_share_nothing_are_said_to() -> None:
+    rng = np.random.default_rng(2)
+    shares = [correlation_of(*field(0.0, 0.1, rng), radius=1.0, along=0.02).share for _ in range(20)]
+    assert max(shares) < 0.02
+
+
 def test_what_says_nothing_widens_nothing() -> None:
     zeros = np.zeros((PIECES, SECTORS, 4))
     nothing = Scores(
@@ -77,5 +128,7 @@ def test_what_says_nothing_widens_nothing() -> None:
         np.zeros(SECTORS),
         zeros[:, 0, :2],
         zeros[:, 0, :2],
+        0.1,
+        NONE,
     )
     np.testing.assert_array_equal(widened(nothing), np.eye(4))

@@ -28,7 +28,7 @@ def test_scores_of_a_sector_are_about_the_means_of_the_parallel() -> None:
     scores = np.zeros((64, 11))
     rows = np.column_stack([w, w * d, w[:, None] * J, (w * d)[:, None] * J, w * d * d])
     np.add.at(scores, sector, rows)
-    told = _condensed(scores[None, None])
+    told = _condensed(scores[None, None], np.ones(1))
     off, lean = d - np.average(d, weights=w), J - np.average(J, axis=0, weights=w)
     expected, squares = np.zeros((64, 4)), np.zeros((64, 4, 4))
     np.add.at(expected, sector, (w * off)[:, None] * lean)
@@ -60,7 +60,20 @@ def test_the_slopes_variance_is_that_of_the_derivative_of_the_piece() -> None:
     gram = np.einsum("kij,klj->kil", root, root)
     slopes = np.zeros((pieces, 20))
     scores = np.zeros((pieces, 16, 64, 11))
-    _tally(points, points, np.empty(0), fit.frame, fit.place, curve, 1e9, fit.response, gram, scores, slopes)
+    _tally(
+        points,
+        points,
+        np.empty(0),
+        fit.frame,
+        fit.place,
+        curve,
+        np.ones(pieces),
+        1e9,
+        fit.response,
+        gram,
+        scores,
+        slopes,
+    )
     expected = np.zeros(pieces)
     for i in range(len(points)):
         x, y, z = meridian(points, i, fit.frame, fit.place)

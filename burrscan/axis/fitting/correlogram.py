@@ -1,0 +1,117 @@
+"""How far errors of neighbouring points reach, read off the residuals themselves.
+
+Where noise is blurred by a decoding window or by smoothing, points close to each other err alike. Products of
+residuals of cells a few millimetres apart say how much they share and over which distance, each from tens of
+thousands of pairs (a correlogram: Cressie 1993, section 2.4). What reaches over a good part of the view the
+fit itself has followed, and few sectors are left to tell: that is weighed in
+:mod:`burrscan.axis.fitting.correlation`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from burrscan.arrays import Floats
+
+REACHES = 0.0125 * 2.0 ** (0.25 * np.arange(19))
+"""Of the correlation (sigma of a Gaussian), in rms radii: from a cell of the map to a quarter of a radius."""
+LAGS_ALONG = (1, 2, 3, 4, 6)
+"""Cells along a piece of the generatrix."""
+LAGS_AROUND = (1, 2, 3, 4)
+"""Sectors: at more what the fit has followed outweighs what it has left."""
+SURE = 3.0
+"""Standard errors from which errors are called shared; below it they are each point's own."""
+
+
+class Correlation(NamedTuple):
+    """What neighbours share.
+
+    Parameters
+    ----------
+    share
+        Of the variance of a point, from 0 to 1.
+    reach
+        Sigma of the Gaussian that it falls off by, in rms radii.
+
+    """
+
+    share: float
+    reach: float
+
+
+NONE = Correlation(0.0, float(REACHES[0]))
+"""Every point errs for itself."""
+
+
+def alike(squares: Floats, reach: float, width: float) -> Floats:
+    """Correlation of the means over two cells ``width`` wide, by the square of what their middles are apart.
+
+    The uniform distribution over a cell is held to be a Gaussian of the same variance.
+    """
+    variance = reach**2 + width**2 / 6.0
+    return np.asarray(reach / np.sqrt(variance) * np.exp(-0.5 * squares / variance))
+
+
+def correlation_of(counts: Floats, sums: Floats, *, radius: float, along: float) -> Correlation:
+    """The share and the reach that fit the products of residuals best (weighted least squares).
+
+    O(K U S) for each lag.
+
+    Parameters
+    ----------
+    counts, sums
+        (K, U, S) points of each cell: K pieces, U places along it, S sectors of a whole turn; and the sums of
+        their residuals, less the mean of the parallel, in standard deviations of a point.
+    radius, along
+        Of the cells, typical; and what they measure along the generatrix. In rms radii.
+
+    """
+    sectors = counts.shape[2]
+    seen = counts.sum(axis=(0, 1))
+    if not seen.any():
+        return NONE
+    products = [(sums**2).sum() - counts.sum()]
+    pairs = [(counts * counts - counts).clip(0.0).sum()]
+    for lag in LAGS_ALONG:
+        products.append((sums[:, :-lag] * sums[:, lag:]).sum())
+        pairs.append((counts[:, :-lag] * counts[:, lag:]).sum())
+    for lag in LAGS_AROUND:
+        products.append((sums * np.roll(sums, -lag, axis=2)).sum())
+        pairs.append((counts * np.roll(counts, -lag, axis=2)).sum())
+    number = np.array(pairs)
+    best, least = NONE, np.inf
+    for reach in REACHES:
+        expected = _expected(
+            float(reach), seen, radius=radius, width=2.0 * np.pi * radius / sectors, along=along
+        )
+        told = float((expected**2) @ number)
+        share = min(max(float(expected @ np.array(products)) / max(told, 1e-300), 0.0), 1.0)
+        misfit = float(((products - share * expected * number) ** 2 / np.maximum(number, 1.0)).sum())
+        if misfit < least:
+            least, best = misfit, Correlation(share, float(reach)) if share * np.sqrt(told) >= SURE else NONE
+    return best
+
+
+def _expected(reach: float, seen: Floats, *, radius: float, width: float, along: float) -> Floats:
+    """Correlation at each lag, of what is left once the fit has followed a mean and one wave round the part.
+
+    The mean is the generatrix's; the wave is what a tilt or an offset of the axis does to a parallel.
+    """
+    turn = 2.0 * np.pi * np.arange(len(seen)) / len(seen)
+    apart = 2.0 * radius * np.sin(0.5 * (turn[:, None] - turn))
+    followed = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
+    left = np.eye(len(seen)) - followed @ np.linalg.pinv(followed.T @ (seen[:, None] * followed)) @ (
+        followed.T * seen
+    )
+    around = left @ alike(apart**2, reach, width) @ left.T
+    pairs = np.outer(seen, seen)
+    here = np.diag(around) @ np.diag(pairs) / max(float(np.trace(pairs)), 1e-300)
+    values = [here * float(alike(np.array((lag * along) ** 2), reach, along)) for lag in (0, *LAGS_ALONG)]
+    at = np.arange(len(seen))
+    for lag in LAGS_AROUND:
+        beside = (at, (at + lag) % len(seen))
+        mean = (around[beside] * pairs[beside]).sum() / max(float(pairs[beside].sum()), 1e-300)
+        values.append(mean * float(alike(np.array(0.0), reach, along)))
+    return np.array(values)
