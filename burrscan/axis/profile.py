@@ -18,7 +18,7 @@ from burrscan.axis.fitting.doubt import (
 )
 from burrscan.axis.fitting.fit import FLOOR, Fit, refine
 from burrscan.axis.fitting.ridges import SPACING
-from burrscan.axis.fitting.scales import thickness_of, unlikelihood
+from burrscan.axis.fitting.scales import Thickness, thickness_of, unlikelihood
 from burrscan.axis.fitting.sharpest import sharpest_place
 from burrscan.axis.fitting.starts import candidate_axes
 from burrscan.axis.points.cloud import Cloud, canonical_cloud, voxel_moments
@@ -54,8 +54,8 @@ HALF = 0.5
 along the surface."""
 MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
-MOST_ROUND = 0.9
-"""Share of inliers on the round side from which nothing else is tried: burrs and edges take less."""
+MOST_ROUND = 0.8
+"""Share of inliers on the round side from which nothing else is tried: burrs and rounded edges take less."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -144,13 +144,17 @@ def find_axis_profile(
     ]  # fmt: skip
     if corners is not None:  # no noise is stated there, so that there is one fit
         fits[0], points, raw = _by_corners(fits[0], points, raw, corners, blur)
+        seen = [(fits[0], thickness_of(points, fits[0]))]
     else:
-        fits = [
+        seen = [
             _where_likelier(points, weights, fit, (means, counts), blur=blur, steps=full_steps)
             for weights, fit in zip(weightings, fits, strict=True)
         ]
-    stated = [covariance_of(points, raw, *one) for one in zip(weightings, fits, strict=True)]
-    fit, known = min(zip(fits, stated, strict=True), key=lambda one: log_covariance_determinant(one[1]))
+    stated = [
+        (fit, covariance_of(points, raw, weights, fit, thick))
+        for weights, (fit, thick) in zip(weightings, seen, strict=True)
+    ]
+    fit, known = min(stated, key=lambda one: log_covariance_determinant(one[1]))
     flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
     rivals = others(fit, rivals, float(counts.sum()))
     other = _other_probability(means, counts, fit, rivals, known=known, noise=SMOOTH * raw_sigma)
@@ -165,21 +169,21 @@ def find_axis_profile(
 
 def _where_likelier(
     points: Floats, weights: Floats, fit: Fit, thinned: tuple[Floats, Floats], *, blur: float, steps: int
-) -> Fit:
+) -> tuple[Fit, Thickness]:
     """The fit, or one beside it where the generatrix is sharper, if its round side hardly fits here.
 
     A flat face that is seen well sets the noise, and a side with lugs or flutes then counts nearly nothing.
     """
     here = thickness_of(points, fit)
     if here.round_share >= MOST_ROUND:
-        return fit
+        return fit, here
     place = sharpest_place(*thinned, fit.frame, fit.place)
     other = refine(
         points, weights, fit.frame[:, 2], place,
         blur=blur, steps=steps, sigma=fit.sigma, raw_sigma=fit.raw_sigma, thinned=thinned, least=fit.least,
     )  # fmt: skip
-    likelier = unlikelihood(thickness_of(points, other), other) < unlikelihood(here, fit)
-    return other if likelier else fit
+    there = thickness_of(points, other)
+    return (other, there) if unlikelihood(there, other) < unlikelihood(here, fit) else (fit, here)
 
 
 def _other_probability(

@@ -68,9 +68,7 @@ def correlation_of(counts: Floats, sums: Floats, *, radius: float, along: float)
         Of the cells, typical; and what they measure along the generatrix. In rms radii.
 
     """
-    sectors = counts.shape[2]
-    seen = counts.sum(axis=(0, 1))
-    if not seen.any():
+    if not counts.any():
         return NONE
     products = [(sums**2).sum() - counts.sum()]
     pairs = [(counts * counts - counts).clip(0.0).sum()]
@@ -80,38 +78,42 @@ def correlation_of(counts: Floats, sums: Floats, *, radius: float, along: float)
     for lag in LAGS_AROUND:
         products.append((sums * np.roll(sums, -lag, axis=2)).sum())
         pairs.append((counts * np.roll(counts, -lag, axis=2)).sum())
-    number = np.array(pairs)
+    number, product = np.array(pairs), np.array(products)
+    arc = _Arc(counts.sum(axis=(0, 1)), radius)
     best, least = NONE, np.inf
     for reach in REACHES:
-        expected = _expected(
-            float(reach), seen, radius=radius, width=2.0 * np.pi * radius / sectors, along=along
-        )
-        told = float((expected**2) @ number)
-        share = min(max(float(expected @ np.array(products)) / max(told, 1e-300), 0.0), 1.0)
-        misfit = float(((products - share * expected * number) ** 2 / np.maximum(number, 1.0)).sum())
+        expected = arc.expected(float(reach), along)
+        told = float(expected**2 @ number)
+        share = min(max(float(expected @ product) / max(told, 1e-300), 0.0), 1.0)
+        misfit = float(((product - share * expected * number) ** 2 / np.maximum(number, 1.0)).sum())
         if misfit < least:
             least, best = misfit, Correlation(share, float(reach)) if share * np.sqrt(told) >= SURE else NONE
     return best
 
 
-def _expected(reach: float, seen: Floats, *, radius: float, width: float, along: float) -> Floats:
-    """Correlation at each lag, of what is left once the fit has followed a mean and one wave round the part.
+class _Arc:
+    """What is left of correlated errors once the fit has followed a mean and one wave round the part.
 
     The mean is the generatrix's; the wave is what a tilt or an offset of the axis does to a parallel.
     """
-    turn = 2.0 * np.pi * np.arange(len(seen)) / len(seen)
-    apart = 2.0 * radius * np.sin(0.5 * (turn[:, None] - turn))
-    followed = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
-    left = np.eye(len(seen)) - followed @ np.linalg.pinv(followed.T @ (seen[:, None] * followed)) @ (
-        followed.T * seen
-    )
-    around = left @ alike(apart**2, reach, width) @ left.T
-    pairs = np.outer(seen, seen)
-    here = np.diag(around) @ np.diag(pairs) / max(float(np.trace(pairs)), 1e-300)
-    values = [here * float(alike(np.array((lag * along) ** 2), reach, along)) for lag in (0, *LAGS_ALONG)]
-    at = np.arange(len(seen))
-    for lag in LAGS_AROUND:
-        beside = (at, (at + lag) % len(seen))
-        mean = (around[beside] * pairs[beside]).sum() / max(float(pairs[beside].sum()), 1e-300)
-        values.append(mean * float(alike(np.array(0.0), reach, along)))
-    return np.array(values)
+
+    def __init__(self, seen: Floats, radius: float) -> None:
+        """Of the points of each sector, (S,), at a distance from the axis."""
+        turn = 2.0 * np.pi * np.arange(len(seen)) / len(seen)
+        self._width = radius * turn[1]
+        self._squares = (2.0 * radius * np.sin(0.5 * (turn[:, None] - turn))) ** 2
+        followed = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
+        normal = np.linalg.pinv(followed.T @ (seen[:, None] * followed))
+        self._left = np.eye(len(seen)) - followed @ normal @ (followed.T * seen)
+        pairs, at = np.outer(seen, seen), np.arange(len(seen))
+        self._beside = [(at, (at + lag) % len(seen)) for lag in (0, *LAGS_AROUND)]
+        self._weights = [pairs[one] / max(float(pairs[one].sum()), 1e-300) for one in self._beside]
+
+    def expected(self, reach: float, along: float) -> Floats:
+        """Correlation of cells at each lag, first along the generatrix, then around."""
+        around = self._left @ alike(self._squares, reach, self._width) @ self._left.T
+        here, *beside = (
+            float(weight @ around[one]) for weight, one in zip(self._weights, self._beside, strict=True)
+        )
+        up = alike((np.array([0, *LAGS_ALONG]) * along) ** 2, reach, along)
+        return np.append(here * up, np.array(beside) * up[0])

@@ -21,7 +21,7 @@ from burrscan.axis.fitting.fit import (
     symmetric,
 )
 from burrscan.axis.fitting.ridges import Pieces
-from burrscan.axis.fitting.scales import relative_scales, thickness_of
+from burrscan.axis.fitting.scales import Thickness, relative_scales
 from burrscan.axis.jit import kernel
 
 Four: TypeAlias = tuple[float, float, float, float]
@@ -159,7 +159,7 @@ def _spurious(slopes: Floats, spacing: float) -> Floats:
     return np.asarray(total / spacing**2)
 
 
-def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> AxisCovariance:
+def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit, thick: Thickness) -> AxisCovariance:
     """Uncertainty of a fit. O(V).
 
     The information matrix, each piece of the generatrix by its own noise, less what the slopes' noise feigns
@@ -170,7 +170,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit) -> Axi
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
     slopes = np.zeros((len(fit.coefficients), 20))
-    relative = relative_scales(thickness_of(points, fit), fit)
+    relative = relative_scales(thick, fit)
     A = _tally(
         points, raw, weights, fit.frame, fit.place, curve_of(fit), relative, TUKEY * fit.sigma,
         fit.response, fit.gram, scores, slopes,
