@@ -11,6 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from burrscan.arrays import Floats, Ints
+from burrscan.axis.fitting.correlogram import NONE
+from burrscan.axis.fitting.fit import Fit
+from burrscan.axis.fitting.scales import Thickness, thickness_of
 from burrscan.axis.points.cloud import canonical_cloud
 from burrscan.burrs.describe import Site
 from burrscan.burrs.field import Field
@@ -72,6 +75,11 @@ def _own_alone(*args: Any, **kwargs: Any) -> Noise:
 def _no_correction(u_px: Any, *_: Any, **__: Any) -> Any:
     """Nothing to take off any column (h, w), and nothing to widen its sigma by."""
     return np.zeros_like(u_px)
+
+
+def _as_it_is(points: Floats, _: Floats, fit: Fit, *__: Any, **___: Any) -> tuple[Fit, Thickness]:
+    """The fit where the starts of the axis led."""
+    return fit, thickness_of(points, fit)
 
 
 def _whole_pieces(line: Polyline, *_: Any) -> list[Floats]:
@@ -147,6 +155,21 @@ STEPS: tuple[Step, ...] = (
         "several starts of the axis",
         "axis",
         {"burrscan.axis.profile:RIVAL": 1.0, "burrscan.axis.profile:RIVAL_COST": 1e-9},
+    ),
+    Step(
+        "axis tried where the generatrix is sharper",
+        "axis",
+        {"burrscan.axis.profile:_where_likelier": _as_it_is},
+    ),
+    Step(
+        "noise of each piece in the axis's sigma",
+        "axis",
+        {"burrscan.axis.fitting.covariance:relative_scales": lambda thick, _: np.ones(len(thick.scales))},
+    ),
+    Step(
+        "errors of neighbours in the axis's sigma",
+        "axis",
+        {"burrscan.axis.fitting.covariance:correlation_of": lambda *_, **__: NONE},
     ),
     Step(
         "errors that reach far in the axis's sigma",
