@@ -195,7 +195,8 @@ def _other_probability(
     total = float(counts.sum())
     alone = refine(means, counts, fit.frame[:, 2], fit.place, blur=BLUR, steps=2)
     errors = independent_errors(thickness=thickness(alone, total), noise=noise, points=known.independent)
-    return gross_probability(alone, rivals, total=total, independent=errors)
+    own, *those = (unlikelihood(thickness_of(means, one), one) for one in [alone, *rivals])
+    return gross_probability(own, those, independent=errors)
 
 
 def _refusal(axis: Axis, probability: float, rivals: list[tuple[Floats, Floats]]) -> str:

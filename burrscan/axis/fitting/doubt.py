@@ -1,11 +1,11 @@
 """How probable it is that the axis is grossly wrong: another one altogether, or more than a degree off.
 
-Every start leads to a basin of the landscape, and its refined fit to a generatrix that is so and so thick.
-Were errors of points independent and normal, N of them would make the basin of thickness t more likely than
-that of t' by (t'/t)^N, the ratio of the likelihoods with the noise at its best (Wilks). Where neighbours
-share their errors (a flute as wide as a tenth of the view is one error, not a thousand), N is the number of
-points over what they share, as the covariance has it. What is thicker than the points' noise is the part's
-shape, of which a turn holds few independent errors: what a wrong axis fits is shape as well, and no chance.
+Every start leads to a basin of the landscape, and its refined fit to a generatrix in which the points have a
+density. Were they independent, N of them would make the likelier basin more probable by the N-th power of the
+ratio of the densities. Where neighbours share their errors (a flute as wide as a tenth of the view is one
+error, not a thousand), N is the number of points over what they share, as the covariance has it. What is
+thicker than the points' noise is the part's shape, of which a view holds few independent errors: what a wrong
+axis fits is shape as well, and no chance.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ ALIKE = float(np.cos(np.radians(3.0)))
 """Axes nearer than this are one."""
 OFF = float(np.radians(1.0))
 """Tilt from which an axis is grossly off."""
-SHAPES = 32.0
-"""Independent errors of a part that is not all round: one for each 11° of the turn."""
+SHAPES = 16.0
+"""Independent errors of a part that is not all round: one for each 11° of the half that a view shows."""
 TURNS = 256
 """Directions that a tilt is added up over; the sum over a whole turn converges exponentially."""
 SURE = 700.0
@@ -47,22 +47,21 @@ def others(fit: Fit, fits: Sequence[Fit], total: float) -> list[Fit]:
     return found
 
 
-def gross_probability(fit: Fit, rivals: Sequence[Fit], *, total: float, independent: float) -> float:
+def gross_probability(own: float, rivals: Sequence[float], *, independent: float) -> float:
     """Probability that one of the rivals is the axis.
 
     Parameters
     ----------
-    fit, rivals
-        Of the same ``total`` weight of points, at the same resolution.
+    own, rivals
+        Negative log likelihoods of a point (:func:`burrscan.axis.fitting.scales.unlikelihood`).
     independent
         Number of independent points.
 
     """
-    own = thickness(fit, total)
     if not np.isfinite(own):
         return 1.0
-    ratios = np.array([own / max(thickness(rival, total), 1e-300) for rival in rivals])
-    odds = np.exp(np.minimum(independent * np.log(np.maximum(ratios, 1e-300)), SURE)).sum()
+    apart = independent * (own - np.array(rivals, dtype=float))
+    odds = np.exp(np.minimum(apart, SURE)).sum()
     return float(odds / (1.0 + odds))
 
 

@@ -111,16 +111,17 @@ def unlikelihood(thick: Thickness, fit: Fit) -> float:
     """Negative log likelihood of a point, on average, by the density of the points of the fit.
 
     In space it is that in the (z, r) plane over 2πr. There it is a mixture: each piece has its share of the
-    points and its thickness, and what is beyond all pieces is spread over the whole plane. Up to what is the
-    same for all fits to the same points.
+    points, its length and its thickness, and what is beyond all pieces is spread over the whole plane. Up to
+    what is the same for all fits to the same points.
     """
     total = float(thick.counts.sum()) + thick.beyond
     some = thick.counts > 0.0
     share = thick.counts[some] / total
-    spread = share @ (np.log(np.maximum(thick.scales[some], fit.sigma)) - np.log(share))
+    area = np.maximum(thick.scales[some], fit.sigma) * fit.pieces.spacing
+    spread = share @ (np.log(area) - np.log(share))
     if thick.beyond > 0.0:
         beyond = thick.beyond / total
-        spread += beyond * (np.log(max(thick.plane / fit.pieces.spacing, 1e-300)) - np.log(beyond))
+        spread += beyond * (np.log(max(thick.plane, 1e-300)) - np.log(beyond))
     return float(spread + thick.log_radius)
 
 

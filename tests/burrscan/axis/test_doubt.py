@@ -25,14 +25,14 @@ def fits() -> tuple[Fit, Fit, float]:
 
 
 def test_probability_is_the_ratio_of_likelihoods() -> None:
-    right, wrong, total = fits()
-    wrong.sigma, wrong.inliers = 1.1 * right.sigma, right.inliers
     for independent in (1.0, 10.0, 100.0):
         expected = 1.0 / (1.0 + 1.1**independent)
-        found = gross_probability(right, [wrong], total=total, independent=independent)
+        found = gross_probability(2.0, [2.0 + np.log(1.1)], independent=independent)
         assert found == pytest.approx(expected, rel=1e-9)
-    assert gross_probability(wrong, [right], total=total, independent=1e6) == 1.0
-    assert gross_probability(right, [], total=total, independent=10.0) == 0.0
+    assert gross_probability(0.5, [0.5, 0.5, 30.0], independent=20.0) == pytest.approx(2.0 / 3.0)
+    assert gross_probability(2.0, [1.9], independent=1e6) == 1.0
+    assert gross_probability(2.0, [], independent=10.0) == 0.0
+    assert gross_probability(np.inf, [1.0], independent=1.0) == 1.0
 
 
 def test_a_tilt_is_off_as_often_as_drawn_ones_are() -> None:
@@ -53,10 +53,10 @@ def test_a_tilt_is_off_as_often_as_drawn_ones_are() -> None:
 
 def test_noise_counts_by_the_point_and_shape_by_the_sector() -> None:
     assert independent_errors(thickness=1.0, noise=1.0, points=5e4) == pytest.approx(5e4)
-    assert independent_errors(thickness=1.0, noise=0.0, points=5e4) == 32.0
-    # Satterthwaite's mean over the two: variances of a half each, of 320 and of 32 degrees of freedom
+    assert independent_errors(thickness=1.0, noise=0.0, points=5e4) == 16.0
+    # Satterthwaite's mean over the two: variances of a half each, of 320 and of 16 degrees of freedom
     mixed = independent_errors(thickness=np.sqrt(2.0), noise=1.0, points=320.0)
-    assert mixed == pytest.approx(1.0 / (0.25 / 320.0 + 0.25 / 32.0))
+    assert mixed == pytest.approx(1.0 / (0.25 / 320.0 + 0.25 / 16.0))
 
 
 def test_a_direction_known_too_badly_is_given_and_flagged() -> None:
