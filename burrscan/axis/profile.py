@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
@@ -56,6 +58,8 @@ MOST_WALLS = 0.85
 """With more walls than this a part has too little left to measure, and they stay."""
 MOST_ROUND = 0.8
 """Share of inliers on the round side from which nothing else is tried: burrs and rounded edges take less."""
+FINER = (1.0, 2.0, 4.0)
+"""Resolutions that are tried there, over the usual one."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -173,17 +177,22 @@ def _where_likelier(
     """The fit, or one beside it where the generatrix is sharper, if its round side hardly fits here.
 
     A flat face that is seen well sets the noise, and a side with lugs or flutes then counts nearly nothing.
+    Or two sheets, tops and bottoms of lugs or both sides of a thin wall, are too close for pieces as long as
+    noise lets slopes be known: finer ones tell them apart.
     """
     here = thickness_of(points, fit)
     if here.round_share >= MOST_ROUND:
         return fit, here
-    place = sharpest_place(*thinned, fit.frame, fit.place)
-    other = refine(
-        points, weights, fit.frame[:, 2], place,
-        blur=blur, steps=steps, sigma=fit.sigma, raw_sigma=fit.raw_sigma, thinned=thinned, least=fit.least,
-    )  # fmt: skip
-    there = thickness_of(points, other)
-    return (other, there) if unlikelihood(there, other) < unlikelihood(here, fit) else (fit, here)
+    found = [(fit, here)]
+    places = (fit.place, sharpest_place(*thinned, fit.frame, fit.place))
+    for place, finer in product(places, FINER):
+        other = refine(
+            points, weights, fit.frame[:, 2], place,
+            blur=blur / finer, steps=steps, sigma=fit.sigma,
+            raw_sigma=fit.raw_sigma, thinned=thinned, least=fit.least,
+        )  # fmt: skip
+        found.append((other, thickness_of(points, other)))
+    return min(found, key=lambda one: unlikelihood(one[1], one[0]))
 
 
 def _other_probability(

@@ -38,7 +38,7 @@ class Sighting(NamedTuple):
 def place_now(
     sightings: Sequence[Sighting], *, sheet: PositionerSheet, lever_mm: float
 ) -> tuple[Floats, float]:
-    """Where the burr is over the mill as it stands, by the last look and what those before it add. O(looks).
+    """Where the burr is over the mill as it stands, by the last look and what those before it add. O(looks³).
 
     Parameters
     ----------
@@ -59,29 +59,35 @@ def place_now(
 
     """
     scatter, drift = _errors_mm(sightings, sheet, lever_mm)
-    moved = np.hypot(np.sqrt(2.0) * scatter, drift)
-    moved[-1] = 0.0
+    before = np.append(np.ones(len(sightings) - 1), 0.0)
+    # a look before the last is off by its own move and by the last one, which they all share
+    moved = scatter**2 * (np.diag(before) + np.outer(before, before)) + np.diag((before * drift) ** 2)
     return _joined(sightings, moved)
 
 
 def place_to_go(sightings: Sequence[Sighting], *, sheet: PositionerSheet, lever_mm: float) -> Floats:
-    """(4, 4) where the arm is to look for the burr next, by its own word; parameters as above. O(looks).
+    """(4, 4) where the arm is to look for the burr next, by its own word; parameters as above. O(looks³).
 
     The next move scatters as those before it did: the mean of the looks is the better aim, not the last.
     """
     scatter, drift = _errors_mm(sightings, sheet, lever_mm)
-    return _joined(sightings, np.hypot(scatter, drift))[0]
+    return _joined(sightings, np.diag(scatter**2 + drift**2))[0]
 
 
-def _joined(sightings: Sequence[Sighting], moved_mm: Floats) -> tuple[Floats, float]:
-    """The mean by inverse variance in the last look's orientation, which is the nearest; and its sigma."""
+def _joined(sightings: Sequence[Sighting], moved_mm2: Floats) -> tuple[Floats, float]:
+    """The best mean in the last look's orientation, which is the nearest; and its sigma.
+
+    Generalised least squares (Aitken 1936) with (L, L) covariances of the moves.
+    """
     last = sightings[-1]
     back = np.linalg.inv(last.T_base_burr)
     steps = np.array([(back @ sighting.T_base_burr)[:3, 3] for sighting in sightings])
     own = np.array([sighting.across_sigma_mm for sighting in sightings])
-    weight = 1.0 / (own**2 + moved_mm**2 + (_YAW_RAD * steps[:, 0]) ** 2)
+    inverse = np.linalg.inv(np.diag(own**2 + (_YAW_RAD * steps[:, 0]) ** 2) + moved_mm2)
+    weight = inverse.sum(axis=0)
     place = (weight / weight.sum()) @ steps
-    excess = float(weight @ (steps[:, 1] - place[1]) ** 2) / max(len(sightings) - 1, 1)
+    off = steps[:, 1] - place[1]
+    excess = float(off @ inverse @ off) / max(len(sightings) - 1, 1)
     step = np.eye(4)
     step[:3, 3] = place
     return last.T_base_burr @ step, float(np.sqrt(max(excess, 1.0) / weight.sum()))

@@ -7,6 +7,8 @@ import pytest
 
 import burrscan.axis.profile
 from bench.synthetic.axis_view import part_view
+from bench.synthetic.clean_command import seen
+from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 from burrscan.axis.fitting.fit import Fit, curve_of, frame_of, meridian, off_piece, piece_of, refine
@@ -106,3 +108,9 @@ def test_a_plain_part_is_as_thick_as_its_noise() -> None:
     thick = thickness_of(points, fit)
     assert thick.round_share > 0.97
     assert np.mean(relative_scales(thick, fit) == 1.0) > 0.9
+
+
+def test_two_sheets_of_a_thin_wall_are_told_apart() -> None:
+    """A hollow vase: pieces as long as slopes need take both sides of its wall for one thick sheet."""
+    (points, faces), direction = seen("vases", 12, noise=0.001)
+    assert axis_angle_deg(find_axis(points, faces).direction, direction) < 0.01
