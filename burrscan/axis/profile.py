@@ -134,7 +134,7 @@ def find_axis_profile(
     weightings = [cloud.weights, np.empty(0)] if len(cloud.weights) else [cloud.weights]
     if corners is None and pitch > 0.0 and faces is not None:
         noise = SMOOTH * raw_sigma / pitch
-        kept = off_walls(points, faces, rough.frame[:, 2], rough.place, noise=noise)
+        kept = off_walls(smooth, faces, rough.frame[:, 2], rough.place, noise=noise)
         if 1.0 - MOST_WALLS < kept.mean() < 1.0:
             points, raw = points[kept], raw[kept]
             weightings = [weights[kept] if len(weights) else weights for weights in weightings]

@@ -41,9 +41,10 @@ def squares_deg2(quiet_mm: float, loud_mm: float) -> Floats:
 
 def test_quiet_vertices_count_for_more() -> None:
     squares = squares_deg2(0.05, 1.0)
-    # Equal weights were 7.3e-5 before walls were left out, which the steps of such noise are; now 1.3e-5
-    assert squares[0] < 0.2 * 7.3e-5
-    assert squares[0] < 0.75 * squares[1]
+    # Equal weights were 7.3e-5 before walls were left out, which the steps of such noise are; 1.3e-5 while
+    # they were looked for on points whose noise had been given back; now 7.6e-6
+    assert squares[0] < 0.1 * 7.3e-5
+    assert squares[0] < 0.8 * squares[1]
     squares = squares_deg2(0.0025, 0.05)  # as unlike, and no face of such noise is a wall
     assert squares[0] < 0.2 * squares[1]
 
