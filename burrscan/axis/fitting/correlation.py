@@ -5,8 +5,8 @@ is not quite round. What neighbours share the residuals say (:mod:`burrscan.axis
 Besides, errors may reach further than that shows: then the scores of neighbouring sectors (the gradient of
 the fit, sector by sector) agree by more. Lengths and sizes on a grid are weighed by their restricted
 likelihood (Patterson & Thompson 1971), that of what the fit leaves: what it has followed of such errors is
-allowed for.
-The variance is the mean over the grid, so that what few sectors leave open of the correlation widens it too.
+allowed for. The variance is the mean over the grid, so that what few sectors leave open of the correlation
+widens it too.
 """
 
 from __future__ import annotations

@@ -126,7 +126,7 @@ def unlikelihood(thick: Thickness, fit: Fit) -> float:
 
 
 def relative_scales(thick: Thickness, fit: Fit) -> Floats:
-    """(K,) how much thicker than the noise of the fit each piece is; 1 unless its own is beyond the inliers'.
+    """(K,) how much thicker than the noise of the fit each piece is; 1 up to :data:`THICKER`.
 
     A corner, where some points belong to the next piece, has inliers enough; a side of lugs has hardly any.
     """
