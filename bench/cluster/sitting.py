@@ -10,7 +10,7 @@ import json
 import queue
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from typing import Any
 
 import cloudpickle
@@ -150,14 +150,16 @@ class Sitting:
         here = self._client.nthreads().keys()
         if not here:
             self._say("note: no worker yet; cases wait for one (dask worker ADDRESS)")
-        said = {
-            words["worker"]: words for _, words in self._client.get_events(self._name)
-        }  # the last of each
-        for address in here & said.keys():  # to these the subscription may have come too late
-            self._meet(said[address])
+        self._meet_all(here)
         with contextlib.suppress(queue.Empty):  # the others' words are under way
             while here - self._accepted.keys() - self._refused.keys():
                 self._meet(self._events.get(timeout=_HEARD_WITHIN_S)[1])
+
+    def _meet_all(self, here: Set[str]) -> None:
+        """Read what was said: one that speaks while the subscription is under way is not always heard."""
+        last = {words["worker"]: words for _, words in self._client.get_events(self._name)}
+        for address in here & last.keys():
+            self._meet(last[address])
 
     def _hear(self, event: tuple[float, Mapping[str, str]]) -> None:
         """On the client's own thread: a worker said whether it fits."""
@@ -218,10 +220,12 @@ class Sitting:
     def _count(self) -> None:
         if time.monotonic() - self._counted < _COUNT_EVERY_S:
             return
-        here = self._client.nthreads()
-        self.workers = len(self._accepted.keys() & here.keys())
+        here = self._client.nthreads().keys()
+        if not here <= self._accepted.keys():
+            self._meet_all(here)
+        self.workers = len(self._accepted.keys() & here)
         self._counted = time.monotonic()
-        if here and not here.keys() - self._refused.keys():
+        if here and here <= self._refused.keys():
             raise Obstructed(f"every worker is refused: {next(iter(self._refused.values()))}")
 
     def _meet(self, said: Mapping[str, str]) -> None:

@@ -16,6 +16,7 @@ import pytest
 
 from bench.cli import main
 from bench.cluster.engine import Dask, resources_from
+from bench.cluster.sitting import Sitting
 from bench.perf.cluster import ADVISED
 from bench.run.directory import load_run
 from bench.run.runner import Progress, run_suite
@@ -226,6 +227,19 @@ def test_a_resource_that_no_worker_offers_is_asked_for_by_name(
 ) -> None:
     asked = Dask(str(cluster.file), small_suite(), resources=resources_from(["GPU=1"]), say=lambda _: None)
     with pytest.raises(InputError, match=r"every worker is refused.*does not offer GPU=1"):
+        run_suite(small_suite(), tmp_path / "r", engine=asked, examine_case=fakes.good)
+
+
+@pytest.mark.timeout(60)
+def test_a_late_worker_that_the_subscription_misses_is_met_all_the_same(
+    cluster: Cluster, fakes: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """About one event in a hundred is not heard that comes while its topic is being subscribed to."""
+    monkeypatch.setattr(Sitting, "_hear", lambda *_: None)
+    asked = Dask(str(cluster.file), small_suite(), resources={"AIR": 1.0}, say=lambda _: None)
+    cluster.stop(list(cluster.workers))
+    cluster.start_worker("--no-nanny")
+    with pytest.raises(InputError, match=r"every worker is refused.*AIR=1"):
         run_suite(small_suite(), tmp_path / "r", engine=asked, examine_case=fakes.good)
 
 
