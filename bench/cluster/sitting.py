@@ -10,7 +10,8 @@ import json
 import queue
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import cloudpickle
@@ -155,7 +156,7 @@ class Sitting:
             while here - self._accepted.keys() - self._refused.keys():
                 self._meet(self._events.get(timeout=_HEARD_WITHIN_S)[1])
 
-    def _meet_all(self, here: Set[str]) -> None:
+    def _meet_all(self, here: AbstractSet[str]) -> None:
         """Read what was said: one that speaks while the subscription is under way is not always heard."""
         last = {words["worker"]: words for _, words in self._client.get_events(self._name)}
         for address in here & last.keys():
