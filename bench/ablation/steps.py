@@ -201,6 +201,11 @@ STEPS: tuple[Step, ...] = (
         {"burrscan.burrs.field:of_another_surface": lambda part, *_: np.zeros(len(part), np.bool_)},
     ),
     Step(
+        "handles and bars are no burrs",
+        "burrs",
+        {"burrscan.burrs.field:of_another_body": lambda _, distance, __: np.zeros(len(distance), np.bool_)},
+    ),
+    Step(
         "pieces of the curve apart",
         "burrs",
         {"burrscan.burrs.field:APART_CELLS": 0, "burrscan.burrs.light.unrolled:_APART_CELLS": 0},

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs.bodies import TALLEST_MM
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.field import Field, field_of
@@ -45,6 +46,7 @@ def burrs_residual(
     false_calls_per_wheel: float = 1e-6,
     sight: Sight | None = None,
     widest_mm: float = 3.0,
+    tallest_mm: float = TALLEST_MM,
     several_views: bool = False,
 ) -> tuple[Burr, ...]:
     """Find every anomaly that noise would not show.
@@ -69,6 +71,9 @@ def burrs_residual(
         :mod:`burrscan.burrs.light.disturbed`.
     widest_mm
         Width of the widest burr that the light is asked for.
+    tallest_mm
+        What stands off further than that, and than a tenth of the largest radius, is a bar, a handle or a
+        fixture, and no burr; see :mod:`burrscan.burrs.bodies`.
     several_views
         Other views will confirm or deny what this one shows. So it also calls what may be an edge of
         brightness (a scratch, say), which one view alone leaves out: :mod:`burrscan.burrs.light.flat`.
@@ -83,7 +88,7 @@ def burrs_residual(
     O(V). Detection: :mod:`burrscan.burrs.detect`; measure: :mod:`burrscan.burrs.shape.ridge`.
 
     """
-    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
+    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
     certain = _certain(field, found, axis, false_calls_per_wheel)
     seen: list[Burr] = []

@@ -8,11 +8,9 @@ the other side's curve, which is no nick. Their faces look the other way.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from burrscan.arrays import Bools, Floats, Ints32
-from burrscan.robust import SIGMA_PER_MEDIAN
+from burrscan.burrs.bodies import off_mm, pieces
 
 _BACK = -0.5
 """Cosine between a vertex's normal and the curve's, below which it looks the other way: the flank of a nick
@@ -23,8 +21,6 @@ _ASKED = 10_000
 """Faces that are asked how they are wound, at most."""
 _FEWEST = 10
 """Vertices within the surface: fewer are strays."""
-_OFF = 4.0
-"""Within this many standard deviations a vertex is on its curve, whatever it looks like."""
 _HANGING = 0.2
 """Share of a piece off the curve that looks back, from which on all of it is the other surface's: a floor
 hangs on the back of its wall, upright to the curve."""
@@ -50,7 +46,7 @@ def of_another_surface(part_mm: Floats, faces: Ints32, normal: Floats, distance_
     none, known = np.zeros(len(part_mm), dtype=np.bool_), np.isfinite(distance_mm)
     if not len(faces) or not known.any():
         return none
-    most = _OFF * SIGMA_PER_MEDIAN * float(np.median(np.abs(distance_mm[known])))
+    most = off_mm(distance_mm)
     within = known & (distance_mm < -most)
     if np.count_nonzero(within) < _FEWEST or not _wound(part_mm, faces, normal, known):
         return none
@@ -69,10 +65,7 @@ def _wound(part_mm: Floats, faces: Ints32, normal: Floats, known: Bools) -> bool
 
 def _hanging(faces: Ints32, off: Bools, back: Bools) -> Bools:
     """(V,) the pieces of a mesh off the curve of which enough looks back."""
-    inside = faces[off[faces].all(axis=1)]
-    ends = inside[:, [0, 0]].ravel(), inside[:, [1, 2]].ravel()
-    links = coo_array((np.ones(len(ends[0])), ends), shape=(len(off), len(off)))
-    piece = connected_components(links, directed=False)[1]
+    piece = pieces(faces, off)
     size, looking = np.bincount(piece), np.bincount(piece, weights=back)
     return np.asarray(off & (looking >= _HANGING * size)[piece])
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, polyline_of
 from burrscan.generatrix.profile import meridian_of
 from burrscan.inspection import Axis, Generatrix
+
+REACH = 0.1
+"""Share of the largest radius up to which deviations are told."""
 
 
 def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Floats:
@@ -38,6 +41,18 @@ def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Flo
 def feet_of(z_mm: Floats, r_mm: Floats, line: Polyline) -> Foot:
     """The nearest places on a finished generatrix. O(V)."""
     side = float(np.median(line.lengths_mm))
-    reach = max(4.0 * side, 0.1 * float(line.nodes_mm[:, 1].max()))
+    reach = max(4.0 * side, REACH * float(line.nodes_mm[:, 1].max()))
     near = candidates(z_mm, r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
     return feet(z_mm, r_mm, line, near, overshoot_mm=side)
+
+
+def further_than(limit_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, foot: Foot) -> Bools:
+    """(V,) True for what is further from the curve; NaN is not. ``foot`` is of :func:`feet_of`. O(V)."""
+    side = float(np.median(line.lengths_mm))
+    asked = np.flatnonzero(np.isfinite(z_mm + r_mm) & ~(np.abs(foot.distance_mm) <= limit_mm))
+    z, r = z_mm[asked], r_mm[asked]
+    near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=limit_mm)
+    distance = np.abs(feet(z, r, line, near, overshoot_mm=np.inf).distance_mm)
+    further = np.zeros(len(z_mm), dtype=np.bool_)
+    further[asked] = ~(distance <= limit_mm)
+    return further
