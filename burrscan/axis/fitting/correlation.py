@@ -81,7 +81,7 @@ def widened(scores: Scores) -> Floats:
     if not len(seen):
         return np.eye(4)
     lifts = scores.lifts[:, seen]
-    own_share = 1.0 - scores.shared.share
+    own_share = scores.shared.own
     around, across = _neighbours(scores, seen)
     near = own_share * np.eye(4) + scores.shared.share * _total(lifts, around, across)
     # A narrow sector tells of two directions only: a tilt and a shift in its own meridian.

@@ -21,6 +21,8 @@ LAGS_ALONG = (1, 2, 3, 4, 6)
 """Cells along a piece of the generatrix."""
 LAGS_AROUND = (1, 2, 3, 4)
 """Sectors: at more what the fit has followed outweighs what it has left."""
+LEAST_LEFT = 0.1
+"""Of the variance of errors that reach far: where the fit leaves less, what is left tells too little."""
 SURE = 3.0
 """Standard errors from which errors are called shared; below it they are each point's own."""
 
@@ -31,17 +33,20 @@ class Correlation(NamedTuple):
     Parameters
     ----------
     share
-        Of the variance of a point, from 0 to 1.
+        Variance of what is shared, of that of a residual: above 1 where the fit has followed most of it.
     reach
         Sigma of the Gaussian that it falls off by, in rms radii.
+    own
+        Variance of what is each point's own, of the variance of a residual.
 
     """
 
     share: float
     reach: float
+    own: float
 
 
-NONE = Correlation(0.0, float(REACHES[0]))
+NONE = Correlation(0.0, float(REACHES[0]), 1.0)
 """Every point errs for itself."""
 
 
@@ -83,11 +88,13 @@ def correlation_of(counts: Floats, sums: Floats, *, radius: float, along: float)
     best, least = NONE, np.inf
     for reach in REACHES:
         expected = arc.expected(float(reach), along)
-        told = float(expected**2 @ number)
-        share = min(max(float(expected @ product) / max(told, 1e-300), 0.0), 1.0)
+        left, told = float(expected[0]), float(expected**2 @ number)
+        most = 1.0 / max(left, LEAST_LEFT)
+        share = min(max(float(expected @ product) / max(told, 1e-300), 0.0), most)
         misfit = float(((product - share * expected * number) ** 2 / np.maximum(number, 1.0)).sum())
         if misfit < least:
-            least, best = misfit, Correlation(share, float(reach)) if share * np.sqrt(told) >= SURE else NONE
+            shared = Correlation(share, float(reach), max(1.0 - share * left, 0.0))
+            least, best = misfit, shared if share * np.sqrt(told) >= SURE else NONE
     return best
 
 

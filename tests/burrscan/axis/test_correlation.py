@@ -79,7 +79,7 @@ def test_errors_that_reach_far_widen_by_what_they_make() -> None:
 def test_what_neighbours_share_widens_by_what_it_makes() -> None:
     """Told of errors of one point in three standard deviations, it need not find them in fourteen sectors."""
     shared, length = 0.3, 0.2
-    stated, true = ratio(shared, length, Correlation(share=shared**2, reach=length))
+    stated, true = ratio(shared, length, Correlation(share=shared**2, reach=length, own=1.0 - shared**2))
     assert true > 2.0
     assert 0.8 < stated / true < 2.0
 
@@ -111,6 +111,22 @@ def test_share_and_reach_are_read_off_neighbours() -> None:
         told = [correlation_of(*field(share, reach, rng), radius=1.0, along=0.02) for _ in range(8)]
         assert np.mean([one.share for one in told]) == pytest.approx(share, abs=0.12)
         assert np.mean([one.reach for one in told]) == pytest.approx(reach, rel=0.25)
+
+
+def test_what_the_fit_has_followed_of_far_errors_is_counted() -> None:
+    """Residuals are told in their own standard deviation, which is small where the fit takes most of them."""
+    rng = np.random.default_rng(3)
+    share, left, told = 0.9, [], []
+    for _ in range(12):
+        counts, sums = field(share, 0.25, rng)
+        seen = counts > 0.0
+        left.append(float((sums[seen] / 10.0).var()) + 0.9 * (1.0 - share))
+        told.append(correlation_of(counts, sums / np.sqrt(left[-1]), radius=1.0, along=0.02))
+    assert np.mean(left) < 0.6
+    assert np.mean([one.share * v for one, v in zip(told, left, strict=True)]) == pytest.approx(
+        share, abs=0.2
+    )
+    assert np.mean([one.own * v for one, v in zip(told, left, strict=True)]) == pytest.approx(0.1, abs=0.05)
 
 
 def test_neighbours_that_share_nothing_are_said_to() -> None:
