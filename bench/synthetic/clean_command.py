@@ -4,7 +4,7 @@
 
 Closed parts drawn at random, each seen once by an orthographic depth camera of 200 pixels from a random
 direction, in a random pose, with independent noise along the rays (a thousandth of the part's size). None has
-a burr: every call is false. Treads and spokes are no surfaces of revolution: their lugs and bars are there.
+a burr: every call is false. Treads, spokes, flutes and handles are no surfaces of revolution: they are there.
 Half a second a view.
 """
 
@@ -16,13 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Console
 
+from bench.synthetic.axis_parts import fluted, handled, oval
 from bench.synthetic.depth_view import posed_view
-from bench.synthetic.ordinary_parts import PARTS, Mesh
+from bench.synthetic.ordinary_parts import PARTS as ORDINARY
+from bench.synthetic.ordinary_parts import Mesh
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
 
+PARTS = {**ORDINARY, "flutes": fluted, "handles": handled, "ovals": oval}
+"""Kinds of parts, each with a number of its own from which its views are drawn."""
 _OFF_DEG = 1.0
 """An axis further off than this is counted apart: what is called about it is that axis's doing."""
 

@@ -145,7 +145,7 @@ def evidence_of(field: Field) -> Evidence:
     wrap = min(max(b for _, b in BOXES) // 2, columns) if field.closed else 0
     images = [np.ascontiguousarray(_wrapped(image, wrap)) for image in (field.count, field.score)]
     mean = float(field.count[field.count > 0].mean()) if field.count.any() else 1.0
-    best, inflation, shape, small = _match(_integral(images[0]), _integral(images[1]), mean)
+    best, inflation, shape, small = _match(integral(images[0]), integral(images[1]), mean)
     inner = slice(wrap, wrap + columns)
     return Evidence(best[:, inner], inflation[:, inner], shape[:, inner], small[:, inner])
 
@@ -154,8 +154,8 @@ def _wrapped(image: Floats, wrap: int) -> Floats:
     return np.pad(image, ((0, 0), (wrap, wrap)), mode="wrap") if wrap else image
 
 
-def _integral(image: Floats) -> Floats:
-    """Sums over the rectangle from the origin to each corner."""
+def integral(image: Floats) -> Floats:
+    """Sums over the rectangle from the origin to each corner, (rows + 1, columns + 1)."""
     integral = np.zeros((image.shape[0] + 1, image.shape[1] + 1))
     np.cumsum(np.cumsum(image, axis=0), axis=1, out=integral[1:, 1:])
     return integral

@@ -21,6 +21,7 @@ from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
+from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
 
@@ -120,11 +121,11 @@ class _Certain(NamedTuple):
 
 
 def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float) -> list[_Certain]:
-    """What is left of the regions when the errors that neighbours share are counted."""
+    """What is left of the regions when shared errors are counted, without walls of holes."""
     if not found:
         return []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    doubt, certain = doubt_of(field), []
+    doubt, openings, certain = doubt_of(field), Openings(field), []
     for region, site in _sites(field, found):
         crest, high, noise = _crest(field, doubt, site)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
@@ -135,7 +136,7 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
             continue
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
-        if size > least:
+        if size > least and openings.beside(region.cells, region.sign) <= MOST_OPEN:
             certain.append(_Certain(region, _less_sure(burr, share=shared_mm / burr.height_mm.value), size))
     return certain
 

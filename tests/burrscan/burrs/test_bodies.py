@@ -60,7 +60,7 @@ def test_handles_are_no_burrs_and_their_feet_are_none() -> None:
         whole += len(inspect_mesh(*view).burrs)
         feet += len(inspect_mesh(*view, burrs=Stage("residual", {"tallest_mm": 1000.0})).burrs)
     assert whole == 0
-    assert feet >= 4
+    assert feet >= 3
 
 
 def test_a_bar_no_higher_than_a_burr_is_called() -> None:
