@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
@@ -104,6 +105,11 @@ class Field:
     def spacing_mm(self) -> float:
         """Distance between neighbouring vertices."""
         return self.step_mm / _VERTICES_ACROSS
+
+    @cached_property
+    def flat_cell(self) -> Ints:
+        """(N,) index of each vertex's cell in the grid as one row after the other."""
+        return np.ravel_multi_index((self.cell[:, 0], self.cell[:, 1]), self.count.shape)
 
     def arc_mm(self, chosen: Ints) -> Floats:
         """(M,) length around the axis, from the start of the arc, of some vertices."""

@@ -10,9 +10,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from burrscan.arrays import Bools, Floats, Ints32
-from burrscan.burrs.detect import integral
+from burrscan.arrays import Floats, Ints32
+from burrscan.burrs.detect import Region, integral
 from burrscan.burrs.field import Field
+from burrscan.burrs.local_cfar import on
 
 WIDE_MM, WIDE = 5.0, 0.1
 """How far around it is looked, mm, and no further than that share of the radius: wider than what a burr
@@ -30,6 +31,7 @@ class Openings:
     def __init__(self, field: Field) -> None:
         """Single empty cells between full ones are none, for vertices miss some; nor are rows without any."""
         self._field = field
+        self._wide = min(WIDE_MM, WIDE * float(field.foot[:, 1].max()))
         self._wrap = field.count.shape[1] if field.closed else 0
         full = np.pad(field.count > 0.0, ((0, 0), (self._wrap,) * 2), "wrap")
         closed = np.asarray(cv2.morphologyEx(full.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))) > 0
@@ -37,15 +39,8 @@ class Openings:
         self._counted = integral(on_curve.astype(np.float64))
         self._open = integral((on_curve & ~closed).astype(np.float64))
 
-    def beside(self, cells: Bools, sign: int) -> float:
+    def beside(self, region: Region) -> float:
         """How much of what is around the crest of an anomaly is no surface.
-
-        Parameters
-        ----------
-        cells
-            (rows, columns) of the anomaly.
-        sign
-            +1 for material too much, -1 for material missing.
 
         Returns
         -------
@@ -53,13 +48,11 @@ class Openings:
             Median over the highest third of its cells, each of the box within :data:`WIDE_MM` of it.
 
         """
-        field = self._field
-        on = cells[field.cell[:, 0], field.cell[:, 1]]
-        radius = max(float(np.median(field.foot[on, 1])), 1e-9)
-        wide = min(WIDE_MM, WIDE * float(field.foot[:, 1].max()))
-        row, column = _highest(field.cell[on], sign * field.deviation_mm[on]).T
+        field, chosen = self._field, np.flatnonzero(on(self._field, region))
+        radius = max(float(np.median(field.foot[chosen, 1])), 1e-9)
+        row, column = _highest(field.cell[chosen], region.sign * field.deviation_mm[chosen]).T
         rows, columns = (
-            _ends(at, max(round(wide / step), 1), size)
+            _ends(at, max(round(self._wide / step), 1), size)
             for at, step, size in (
                 (row, field.step_mm, len(self._open) - 1),
                 (column + self._wrap, field.step_rad * radius, self._open.shape[1] - 1),

@@ -131,12 +131,14 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
+        if openings.beside(region) > MOST_OPEN:
+            continue
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
         if burr is None:
             continue
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
-        if size > least and openings.beside(region.cells, region.sign) <= MOST_OPEN:
+        if size > least:
             certain.append(_Certain(region, _less_sure(burr, share=shared_mm / burr.height_mm.value), size))
     return certain
 

@@ -12,6 +12,7 @@ from bench.synthetic.depth_view import single_view
 from bench.synthetic.ordinary_parts import Mesh, box, closed, joined, turned
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
+from burrscan.burrs import residual
 from burrscan.burrs.bodies import of_another_body
 from burrscan.generatrix.deviation import feet_of, further_than
 from burrscan.generatrix.polyline import polyline_of
@@ -53,14 +54,15 @@ def test_a_burr_beside_a_bar_is_the_only_one(out_mm: float) -> None:
     assert burr.height_mm.value == pytest.approx(HEIGHT_MM, abs=0.2)
 
 
-def test_handles_are_no_burrs_and_their_feet_are_none() -> None:
+def test_handles_are_no_burrs_and_their_feet_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(residual, "MOST_OPEN", 1.0)  # some have an edge that hides what is behind
     whole, feet = 0, 0
     for seed in range(6):
         view = seen(handled(np.random.default_rng(seed)))
         whole += len(inspect_mesh(*view).burrs)
         feet += len(inspect_mesh(*view, burrs=Stage("residual", {"tallest_mm": 1000.0})).burrs)
     assert whole == 0
-    assert feet >= 3
+    assert feet >= 4
 
 
 def test_a_bar_no_higher_than_a_burr_is_called() -> None:

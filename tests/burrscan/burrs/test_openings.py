@@ -11,6 +11,7 @@ from bench.synthetic.ordinary_parts import Mesh, box, closed, joined, turned
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.burrs import residual
+from burrscan.burrs.detect import Region
 from burrscan.burrs.field import field_of
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.inspection import Axis, Generatrix
@@ -98,6 +99,6 @@ def test_what_is_open_is_counted_wherever_the_angle_begins(turned_deg: float) ->
         low = (np.abs(turn) < 0.04) & (field.deviation_mm < -0.5)
         cells = np.zeros(field.count.shape, np.bool_)
         cells[field.cell[low, 0], field.cell[low, 1]] = True
-        told[name] = openings.beside(cells, -1)
+        told[name] = openings.beside(Region(cells, -1, 10.0, 1.0, (3, 3)))
     assert told["far"] == 0.0
     assert MOST_OPEN < told["beside"] < 0.5  # within 4 mm on each side, of which 2.5 are open
