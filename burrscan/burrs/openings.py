@@ -19,8 +19,11 @@ WIDE_MM, WIDE = 5.0, 0.1
 """How far around it is looked, mm, and no further than that share of the radius: wider than what a burr
 hides, and on a pin still its near side."""
 MOST_OPEN = 0.1
-"""Share without surface: beside rendered burrs and nicks, polished ones too, at most 0.04; beside walls of
-windows 0.16 to 0.9."""
+"""Share without surface: beside rendered burrs and nicks under adaptive patterns, polished ones too, at
+most 0.04; beside walls of windows 0.16 to 0.9."""
+MOST_DARK = 0.5
+"""The same of a scan with its pictures: where patterns that do not adapt fail, up to 0.37 beside true burrs
+on metal lacks points, while 0.55 to 0.87 is open beside what is none. Light speaks for the rest."""
 _HIGHEST = 2.0 / 3.0
 """Quantile of an anomaly's cells from which they count as its crest, or its ground."""
 

@@ -21,7 +21,7 @@ from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
-from burrscan.burrs.openings import MOST_OPEN, Openings
+from burrscan.burrs.openings import MOST_DARK, MOST_OPEN, Openings
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
 
@@ -91,7 +91,8 @@ def burrs_residual(
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
-    certain = _certain(field, found, axis, false_calls_per_wheel)
+    most_open = MOST_OPEN if sight is None else MOST_DARK
+    certain = _certain(field, found, axis, false_calls_per_wheel, most_open)
     seen: list[Burr] = []
     if sight is not None:
         surface, looks, places = disturbed(
@@ -120,7 +121,9 @@ class _Certain(NamedTuple):
     size: float
 
 
-def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float) -> list[_Certain]:
+def _certain(
+    field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float, most_open: float
+) -> list[_Certain]:
     """What is left of the regions when shared errors are counted, without walls of holes."""
     if not found:
         return []
@@ -131,7 +134,7 @@ def _certain(field: Field, found: list[Region], axis: Axis, false_calls_per_whee
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
-        if openings.beside(region) > MOST_OPEN:
+        if openings.beside(region) > most_open:
             continue
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
         if burr is None:
