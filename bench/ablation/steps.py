@@ -208,7 +208,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "edges of openings are no burrs",
         "burrs",
-        {f"{_RESIDUAL}:MOST_OPEN": 1.0, f"{_RESIDUAL}:MOST_DARK": 1.0},
+        {f"{_RESIDUAL}:MOST_OPEN": 1.0},
     ),
     Step(
         "pieces of the curve apart",

@@ -3,6 +3,9 @@
 One view shows the far wall of an opening and nothing of the near one. The wall falls off from the rim of the
 opening as the flank of a nick does, or rises from the other surface as a burr's; but what follows is a gap as
 wide as the opening. Beside a burr the surface goes on: what it hides, or mirrors away, is as wide as itself.
+
+So much for meshes. A scan that comes with its pictures is judged by its light: where patterns that do not
+adapt fail on metal, up to 0.37 beside true burrs lacks points, and no limit tells them from openings.
 """
 
 from __future__ import annotations
@@ -21,9 +24,6 @@ hides, and on a pin still its near side."""
 MOST_OPEN = 0.1
 """Share without surface: beside rendered burrs and nicks under adaptive patterns, polished ones too, at
 most 0.04; beside walls of windows 0.16 to 0.9."""
-MOST_DARK = 0.5
-"""The same of a scan with its pictures: where patterns that do not adapt fail, up to 0.37 beside true burrs
-on metal lacks points, while 0.55 to 0.87 is open beside what is none. Light speaks for the rest."""
 _HIGHEST = 2.0 / 3.0
 """Quantile of an anomaly's cells from which they count as its crest, or its ground."""
 

@@ -21,7 +21,7 @@ from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
-from burrscan.burrs.openings import MOST_DARK, MOST_OPEN, Openings
+from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
 
@@ -91,8 +91,8 @@ def burrs_residual(
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
-    most_open = MOST_OPEN if sight is None else MOST_DARK
-    certain = _certain(field, found, axis, false_calls_per_wheel, most_open)
+    openings = Openings(field) if sight is None else None
+    certain = _certain(field, found, axis, false_calls_per_wheel, openings)
     seen: list[Burr] = []
     if sight is not None:
         surface, looks, places = disturbed(
@@ -122,19 +122,19 @@ class _Certain(NamedTuple):
 
 
 def _certain(
-    field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float, most_open: float
+    field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float, openings: Openings | None
 ) -> list[_Certain]:
-    """What is left of the regions when shared errors are counted, without walls of holes."""
+    """What is left of the regions when shared errors are counted, without those beside openings."""
     if not found:
         return []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    doubt, openings, certain = doubt_of(field), Openings(field), []
+    doubt, certain = doubt_of(field), []
     for region, site in _sites(field, found):
         crest, high, noise = _crest(field, doubt, site)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
-        if openings.beside(region) > most_open:
+        if openings and openings.beside(region) > MOST_OPEN:
             continue
         burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
         if burr is None:
