@@ -205,11 +205,7 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {"burrscan.burrs.field:of_another_body": lambda _, distance, __: np.zeros(len(distance), np.bool_)},
     ),
-    Step(
-        "edges of openings are no burrs",
-        "burrs",
-        {f"{_RESIDUAL}:MOST_OPEN": 1.0},
-    ),
+    Step("edges of openings are no burrs", "burrs", {f"{_RESIDUAL}:MOST_OPEN": 1.0}),
     Step(
         "pieces of the curve apart",
         "burrs",

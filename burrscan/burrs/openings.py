@@ -38,9 +38,9 @@ class Openings:
         self._wrap = field.count.shape[1] if field.closed else 0
         full = np.pad(field.count > 0.0, ((0, 0), (self._wrap,) * 2), "wrap")
         closed = np.asarray(cv2.morphologyEx(full.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))) > 0
-        on_curve = np.broadcast_to((field.count.sum(axis=1) > 0.0)[:, None], closed.shape)
-        self._counted = integral(on_curve.astype(np.float64))
-        self._open = integral((on_curve & ~closed).astype(np.float64))
+        on_curve = field.count.sum(axis=1) > 0.0
+        self._rows = np.append(0, np.cumsum(on_curve))
+        self._open = integral((on_curve[:, None] & ~closed).astype(np.float64))
 
     def beside(self, region: Region) -> float:
         """How much of what is around the crest of an anomaly is no surface.
@@ -61,8 +61,11 @@ class Openings:
                 (column + self._wrap, field.step_rad * radius, self._open.shape[1] - 1),
             )
         )
-        counted, empty = (_summed(one, rows, columns) for one in (self._counted, self._open))
-        return float(np.median(empty / np.maximum(counted, 1.0)))
+        (top, bottom), (left, right) = rows, columns
+        counted = (self._rows[bottom] - self._rows[top]) * (right - left)
+        sums = self._open
+        empty = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+        return float(np.median(empty / np.maximum(counted, 1)))
 
 
 def _highest(cell: Ints32, lift: Floats) -> Ints32:
@@ -74,8 +77,3 @@ def _highest(cell: Ints32, lift: Floats) -> Ints32:
 
 def _ends(at: Ints32, reach: int, size: int) -> tuple[Ints32, Ints32]:
     return np.maximum(at - reach, 0), np.minimum(at + reach + 1, size)
-
-
-def _summed(sums: Floats, rows: tuple[Ints32, Ints32], columns: tuple[Ints32, Ints32]) -> Floats:
-    (top, bottom), (left, right) = rows, columns
-    return np.asarray(sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left])

@@ -91,7 +91,7 @@ def burrs_residual(
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
-    openings = Openings(field) if sight is None else None
+    openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings)
     seen: list[Burr] = []
     if sight is not None:

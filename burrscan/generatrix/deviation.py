@@ -40,19 +40,24 @@ def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Flo
 
 def feet_of(z_mm: Floats, r_mm: Floats, line: Polyline) -> Foot:
     """The nearest places on a finished generatrix. O(V)."""
-    side = float(np.median(line.lengths_mm))
+    side = _side_mm(line)
     reach = max(4.0 * side, REACH * float(line.nodes_mm[:, 1].max()))
-    near = candidates(z_mm, r_mm, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach)
-    return feet(z_mm, r_mm, line, near, overshoot_mm=side)
+    return _feet_within(reach, z_mm, r_mm, line, overshoot_mm=side)
 
 
 def further_than(limit_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, foot: Foot) -> Bools:
     """(V,) True for what is further from the curve; NaN is not. ``foot`` is of :func:`feet_of`. O(V)."""
-    side = float(np.median(line.lengths_mm))
     asked = np.flatnonzero(np.isfinite(z_mm + r_mm) & ~(np.abs(foot.distance_mm) <= limit_mm))
-    z, r = z_mm[asked], r_mm[asked]
-    near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=limit_mm)
-    distance = np.abs(feet(z, r, line, near, overshoot_mm=np.inf).distance_mm)
+    near = _feet_within(limit_mm, z_mm[asked], r_mm[asked], line, overshoot_mm=np.inf)
     further = np.zeros(len(z_mm), dtype=np.bool_)
-    further[asked] = ~(distance <= limit_mm)
+    further[asked] = ~(np.abs(near.distance_mm) <= limit_mm)
     return further
+
+
+def _feet_within(reach_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, *, overshoot_mm: float) -> Foot:
+    near = candidates(z_mm, r_mm, line, side_mm=0.5 * _side_mm(line), slack_mm=0.0, reach_mm=reach_mm)
+    return feet(z_mm, r_mm, line, near, overshoot_mm=overshoot_mm)
+
+
+def _side_mm(line: Polyline) -> float:
+    return float(np.median(line.lengths_mm))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.field import Field
 from burrscan.burrs.noise.border import border_spread_mm
 
@@ -69,7 +69,7 @@ def doubt_of(field: Field) -> Doubt:
     """Grade all vertices. O(N)."""
     noise = np.maximum(field.local_mm, field.stated_mm)
     size = np.abs(field.deviation_mm) / noise
-    return Doubt(np.log2(noise), size, _roughness(field.deviation_mm, noise, field.cell, field.count.shape))
+    return Doubt(np.log2(noise), size, _roughness(field.deviation_mm, noise, field.flat_cell))
 
 
 def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints, *, ragged: bool) -> Noise:
@@ -112,9 +112,8 @@ def _spread(sizes: Floats) -> float:
     return float(np.quantile(sizes, _SHARE)) / _GAUSSIAN if len(sizes) else 1.0
 
 
-def _roughness(deviation: Floats, noise: Floats, cell: Ints32, shape: tuple[int, int]) -> Floats:
+def _roughness(deviation: Floats, noise: Floats, flat: Ints) -> Floats:
     """(N,) difference to the vertex before it in its cell over the root of two, in units of both's noise."""
-    flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
     order = np.argsort(flat, kind="stable")
     same = flat[order[1:]] == flat[order[:-1]]
     own, before = order[1:][same], order[:-1][same]

@@ -22,20 +22,20 @@ from burrscan.pipeline import Stage
 RADIUS_MM, HEIGHT_MM = 40.0, 1.5
 
 
-def drum(*, radius_mm: float = RADIUS_MM, ridge_mm: float = HEIGHT_MM) -> Mesh:
+def drum(*, ridge_mm: float = HEIGHT_MM) -> Mesh:
     """A drum with a ridge at 20 degrees."""
 
     def lift(z: Floats, r: Floats, angle: Floats) -> Floats:
-        tent = np.clip(1.0 - np.abs(angle - np.radians(20.0)) * radius_mm / 1.2, 0.0, None)
-        return np.asarray(1.0 + ridge_mm / radius_mm * tent * (np.abs(z) < 15.0) * (r > 0.9 * radius_mm))
+        tent = np.clip(1.0 - np.abs(angle - np.radians(20.0)) * RADIUS_MM / 1.2, 0.0, None)
+        return np.asarray(1.0 + ridge_mm / RADIUS_MM * tent * (np.abs(z) < 15.0) * (r > 0.9 * RADIUS_MM))
 
-    outline = [(-30.0, 0.0), (-30.0, radius_mm), (30.0, 0.95 * radius_mm), (30.0, 0.0)]
+    outline = [(-30.0, 0.0), (-30.0, RADIUS_MM), (30.0, 0.95 * RADIUS_MM), (30.0, 0.0)]
     return turned(closed(outline), around=1440, lift=lift)
 
 
-def seen(part: Mesh, *, pixels: int = 240) -> Mesh:
+def seen(part: Mesh) -> Mesh:
     """One view of it, from aside."""
-    return single_view(*part, np.array([-1.0, 0.0, -0.4]), pixels=pixels, sigma=0.05, seed=3)
+    return single_view(*part, np.array([-1.0, 0.0, -0.4]), pixels=240, sigma=0.05, seed=3)
 
 
 def bar(*, out_mm: float) -> Mesh:

@@ -10,8 +10,8 @@ from burrscan.burrs.shape.ridge import _equations
 
 
 def test_the_difference_of_two_neighbours_is_in_units_of_both_their_noises() -> None:
-    cell = np.array([[0, 0], [0, 1], [0, 0], [0, 0]], np.int32)
-    rough = _roughness(np.array([1.0, 9.0, -9.0, -4.0]), np.array([3.0, 1.0, 4.0, 12.0]), cell, (1, 2))
+    cell = np.array([0, 1, 0, 0])
+    rough = _roughness(np.array([1.0, 9.0, -9.0, -4.0]), np.array([3.0, 1.0, 4.0, 12.0]), cell)
     # 10 over the root of 9 + 16; 5 over the root of 16 + 144; the first of a cell has nobody before it
     np.testing.assert_allclose(rough, [np.nan, np.nan, 2.0, 5.0 / np.sqrt(160.0)])
 
