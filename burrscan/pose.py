@@ -41,7 +41,8 @@ def rigid(pose: Floats, *, what: str) -> Floats:
 
 def placed(T_target_source: NDArray[np.floating], points_mm: Floats) -> Floats:
     """Points (..., 3) taken from the source frame to the target frame by a (4, 4) pose."""
-    moved: Floats = points_mm @ T_target_source[:3, :3].T + T_target_source[:3, 3]
+    moved: Floats = points_mm @ T_target_source[:3, :3].T
+    moved += T_target_source[:3, 3]
     return moved
 
 

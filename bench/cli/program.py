@@ -17,6 +17,7 @@ from pathlib import Path
 from bench.cli.grammar import Parser, add_verbosity
 from bench.cli.output import set_verbosity, verbose
 from bench.cli.signals import answered
+from bench.memory import keep_freed
 
 COMMANDS = (
     "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show",
@@ -77,6 +78,7 @@ def run_program(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    keep_freed()
     logging.basicConfig(format="%(message)s")
     given = parser().parse_args(arguments)
     set_verbosity(given.verbosity)

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, TypeVar
 
+from bench.memory import keep_freed
 from scenes.renderer import THREADS_VARIABLE
 
 Task = TypeVar("Task")
@@ -153,6 +154,7 @@ class Crew(Generic[Task, Result]):
 def _serve(connection: Connection, function: Callable[[Any], Any]) -> None:
     """A worker's life: until there is no further task, or nobody at the other end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    keep_freed()
     with suppress(EOFError, ConnectionError):
         while (task := connection.recv()) is not None:
             connection.send(_outcome(function, task))
