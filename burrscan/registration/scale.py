@@ -62,17 +62,20 @@ def scale_of(points_mm: Floats, tree: cKDTree, rng: np.random.Generator) -> Scal
     while True:
         distance, near = (np.asarray(found) for found in tree.query(places, k=count))
         reach = float(np.median(distance[:, -1]))
-        noise = float(np.median([_thickness(points_mm[row]) for row in near]))
+        noise = float(np.median(_thickness(points_mm[near])))
         if noise < _FLAT * reach or 2 * count > most:
             return Scale(noise, reach * float(np.sqrt(np.pi / count)))
         count *= 2
 
 
-def _thickness(points_mm: Floats) -> float:
-    """RMS distance of (k, 3) points from the quadric over their plane."""
-    local = points_mm - points_mm.mean(axis=0)
-    u, v, w = (local @ np.linalg.svd(local, full_matrices=False)[2].T).T
-    design = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
-    unit = np.linalg.norm(design, axis=0) + np.finfo(float).tiny
-    found = np.linalg.lstsq(design / unit, w, rcond=None)[0]
-    return float(np.linalg.norm(w - design / unit @ found) / np.sqrt(max(len(w) - _TANGENT, 1)))
+def _thickness(points_mm: Floats) -> Floats:
+    """(N,) RMS distance of (N, k, 3) points from the quadrics over their planes."""
+    local = points_mm - points_mm.mean(axis=1, keepdims=True)
+    axes = np.linalg.eigh(local.transpose(0, 2, 1) @ local)[1]
+    w, u, v = np.moveaxis(local @ axes, 2, 0)
+    design = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=2)
+    design /= np.linalg.norm(design, axis=1, keepdims=True) + np.finfo(float).tiny
+    base, size, _ = np.linalg.svd(design, full_matrices=False)
+    base *= (size > np.finfo(float).eps * w.shape[1] * size[:, :1])[:, None]  # points on a line know less
+    rest = w - (base @ (base.transpose(0, 2, 1) @ w[..., None]))[..., 0]
+    return np.asarray(np.linalg.norm(rest, axis=1) / np.sqrt(max(w.shape[1] - _TANGENT, 1)))

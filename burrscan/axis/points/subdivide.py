@@ -86,10 +86,8 @@ def _without_spikes(points: Floats, faces: Ints32) -> Floats:
 
 def _edge_lengths(points: Floats, faces: Ints32) -> Floats:
     """(T, 3) lengths of the edges from corner k to the next."""
-    return np.stack(
-        [np.linalg.norm(points[faces[:, k]] - points[faces[:, (k + 1) % 3]], axis=1) for k in range(3)],
-        axis=1,
-    )
+    edges = (points[faces[:, k]] - points[faces[:, (k + 1) % 3]] for k in range(3))
+    return np.asarray(np.sqrt(np.stack([np.einsum("ti,ti->t", edge, edge) for edge in edges], axis=1)))
 
 
 def _halved(points: Floats, faces: Ints32, longest: Ints) -> tuple[Floats, Ints32]:

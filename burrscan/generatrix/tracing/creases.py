@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from burrscan.arrays import Bools, Floats, Ints
+from burrscan.arrays import Floats, Ints
 from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.profile import Profile
 from burrscan.generatrix.tracing.cells import ARC_BINS, Scale
@@ -72,7 +72,7 @@ def borne_out(
 
     The sides say where a crease would be, not whether there is one: a rounding has straight sides, too. Where
     rows of data lie as far apart as nodes, nodes go through each of them, and that proves nothing; so a
-    crease that the data are off from by less than their noise explains stays. O(creases × V).
+    crease that the data are off from by less than their noise explains stays. O(V log V).
 
     Parameters
     ----------
@@ -86,9 +86,12 @@ def borne_out(
     """
     spacing = float(np.median(rounded[0].lengths_mm))
     turn = (data.angle - scale.arc[0]) % (2.0 * np.pi) / scale.arc[1] * ARC_BINS
+    by_z = np.argsort(data.z_mm)
     kept = {}
     for k, at in sharp[0][0].items():
-        near = np.hypot(data.z_mm - at[0], data.r_mm - at[1]) < _SIDE * spacing
+        ends = np.searchsorted(data.z_mm, [at[0] - _SIDE * spacing, at[0] + _SIDE * spacing], sorter=by_z)
+        band = np.sort(by_z[slice(*ends)])
+        near = band[np.hypot(data.z_mm[band] - at[0], data.r_mm[band] - at[1]) < _SIDE * spacing]
         off, place = min(
             ((_off_mm(*fitted, near, turn, spacing), places[k]) for places, fitted in sharp),
             key=lambda one: one[0],
@@ -98,13 +101,13 @@ def borne_out(
     return kept
 
 
-def _off_mm(line: Polyline, foot: Foot, near: Bools, turn: Floats, spacing: float) -> float:
+def _off_mm(line: Polyline, foot: Foot, near: Ints, turn: Floats, spacing: float) -> float:
     """Largest distance of the data in half a node spacing, in the median over the arc.
 
     A burr is on less than half of the arc, so no median sees it where the surface is in sight beside it.
     Where the data are on less than half of the arc that others are on, they are the burr's alone.
     """
-    chosen = np.flatnonzero(near & foot.valid)
+    chosen = near[foot.valid[near]]
     if not len(chosen):
         return 0.0
     segment = foot.segment[chosen]
