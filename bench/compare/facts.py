@@ -15,16 +15,28 @@ from bench.compare.pairs import Pairing
 from bench.compare.result import BurrChange, FoundOrMissed, Seen
 from bench.run.records import Record
 from burrscan.arrays import Floats
+from burrscan.errors import InputError
 
 
 def found_or_missed(pairing: Pairing) -> FoundOrMissed:
     """Every true burr of every pair. A failed case found none of its burrs.
 
     Where both arms failed nobody has counted the burrs, and there is nothing to compare.
+
+    Raises
+    ------
+    InputError
+        Where two records that both list true burrs of one scene list other numbers of them.
+
     """
     both, neither = 0, 0
     lost, gained = list[BurrChange](), list[BurrChange]()
     for base, new in zip(pairing.base, pairing.new, strict=True):
+        if base.burrs and new.burrs and len(base.burrs) != len(new.burrs):
+            raise InputError(
+                f"{base.case}: records of one scene list {len(base.burrs)} and {len(new.burrs)} true burrs: one "
+                "is damaged; remove its line from records.jsonl and run again with --resume"
+            )
         for number in range(max(len(base.burrs), len(new.burrs))):
             before, after = (_found(record, number) for record in (base, new))
             both, neither = both + (before and after), neither + (not before and not after)

@@ -131,7 +131,7 @@ def load_run(path: Path) -> Run:
     ------
     InputError
         When there is no run, or one of another format, or with every error in its manifest; for a record of
-        another case than the manifest's of that name.
+        another case than the manifest's of that name, or of other true burrs than another variant's.
 
     """
     directory = RunDirectory(path)
@@ -149,11 +149,18 @@ def load_run(path: Path) -> Run:
     }
     found = {record.key: record for record in read(directory.records) if record.key in order}
     records = tuple(sorted(found.values(), key=lambda record: order[record.key]))
+    counts = dict[str, int]()
     for record in records:
         if record.parameters != manifest["cases"][order[record.key][0]]["parameters"]:
             raise InputError(
                 f"{directory.records}: the record of case {record.case} by {record.variant} has other "
                 "parameters than run.json says; was the file edited?"
+            )
+        burrs = counts.setdefault(record.case, len(record.burrs)) if record.burrs else 0
+        if burrs != len(record.burrs):
+            raise InputError(
+                f"{directory.records}: case {record.case} has {len(record.burrs)} true burrs in the record of "
+                f"{record.variant} and {burrs} in another; was the file edited?"
             )
     return Run(directory, suite, manifest["seed"], manifest, records)
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ import pytest
 from bench.checks.fuzz.sound import write_sound
 from bench.cli import main, program
 from bench.run.directory import load_run, unfinished
+from burrscan.errors import InputError
 from tests.bench.compare_runs import written_run
 
 _CALL = "import sys; from bench.cli import main; sys.exit(main())"
@@ -175,6 +177,18 @@ def test_a_damaged_run_is_refused_and_stops_no_other(
         assert "Traceback" not in capsys.readouterr().err
     assert unfinished(tmp_path, None) == good.path
     assert load_run(good.path).missing > 0
+
+
+def test_a_record_that_lost_a_burr_is_refused(tmp_path: Path) -> None:
+    run = written_run(tmp_path / "run", variant=[{"name": "mine"}, {"name": "yours"}])
+    first, *others = run.records
+    run.directory.records.write_text(
+        "".join(record.line() for record in (replace(first, burrs=first.burrs * 2), *others))
+    )
+    with pytest.raises(
+        InputError, match="1 true burrs in the record of yours"
+    ):
+        load_run(run.directory.path)
 
 
 def test_accepting_on_a_full_disk_leaves_no_half_baseline(

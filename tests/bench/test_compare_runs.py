@@ -119,6 +119,14 @@ def test_failures_are_counted_as_new_ones_less_those_mended(base: Run) -> None:
     assert (row.low, row.high) == (-2.0, -2.0)
 
 
+def test_records_of_one_scene_with_other_true_burrs_are_refused(base: Run) -> None:
+    record = replace(base.records[3], burrs=base.records[3].burrs * 2)
+    damaged = replace(base, records=(*base.records[:3], record, *base.records[4:]))
+    for arms in ((base, damaged), (damaged, base)):
+        with pytest.raises(InputError, match="true burrs: one is damaged"):
+            compare_runs(*arms)
+
+
 def test_failing_in_both_is_no_difference(base: Run) -> None:
     both = with_failure(base, 3)
     comparison = compare_runs(both, both)

@@ -18,6 +18,9 @@ from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress
+
 from bench.checks.fuzz.sound import write_sound
 from bench.checks.fuzz.targets import TARGETS
 from bench.checks.fuzz.trial import Ending, trial
@@ -58,35 +61,43 @@ def _numbers(first: int, count: int, only: list[str]) -> list[int]:
 
 
 def _child(numbers: list[int], sound: Path, folder: Path) -> int:
-    """Run trials in this process, a line of JSON after each."""
+    """Run trials in this process, a line of JSON after each: what libraries print themselves is on stderr."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
-    for number in numbers:
-        ending = trial(number, sound=sound, work=folder / f"trial-{number}")
-        peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-        print(json.dumps({**asdict(ending), "peak_mb": peak_mb}), flush=True)
+    with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as report:
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+        for number in numbers:
+            ending = trial(number, sound=sound, work=folder / f"trial-{number}")
+            peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+            print(json.dumps({**asdict(ending), "peak_mb": peak_mb}), file=report, flush=True)
     return 0
 
 
 def _all(numbers: list[int], only: list[str], sound: Path, folder: Path) -> tuple[list[Ending], list[float]]:
     """All trials, however many children they take, and the most memory that each one's child had held."""
     endings, peaks_mb = list[Ending](), list[float]()
-    while len(endings) < len(numbers):
-        first, left = numbers[len(endings)], len(numbers) - len(endings)
-        done = subprocess.run(  # noqa: S603 (ourselves)
-            [
-                sys.executable, "-m", "bench.checks.fuzz", "--first", str(first), "--inputs", str(left),
-                "--child", str(sound), str(folder), *(["--only", *only] if only else []),
-            ],
-            capture_output=True, text=True, check=False, env={**os.environ, "BURRSCAN_TRANSPORTS": "off"},
-        )  # fmt: skip
-        for line in done.stdout.splitlines():
-            told = json.loads(line)
-            peaks_mb.append(told.pop("peak_mb"))
-            endings.append(Ending(**told))
-        if done.returncode != 0 and len(endings) < len(numbers):
-            target = TARGETS[numbers[len(endings)] % len(TARGETS)]
-            endings.append(Ending(f"{target.command[0]} {target.file}", "abort", done.stderr[-300:]))
-            peaks_mb.append(0.0)
+    said = folder / "stderr"
+    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=Console(stderr=True)) as bar:
+        task = bar.add_task("trials", total=len(numbers))
+        while len(endings) < len(numbers):
+            first, left = numbers[len(endings)], len(numbers) - len(endings)
+            with said.open("wb") as stderr, subprocess.Popen(  # noqa: S603 (ourselves)
+                [
+                    sys.executable, "-m", "bench.checks.fuzz", "--first", str(first), "--inputs", str(left),
+                    "--child", str(sound), str(folder), *(["--only", *only] if only else []),
+                ],
+                stdout=subprocess.PIPE, stderr=stderr, text=True,
+                env={**os.environ, "BURRSCAN_TRANSPORTS": "off"},
+            ) as child:  # fmt: skip
+                for line in child.stdout or ():
+                    told = json.loads(line)
+                    peaks_mb.append(told.pop("peak_mb"))
+                    endings.append(Ending(**told))
+                    bar.update(task, completed=len(endings))
+            if child.returncode != 0 and len(endings) < len(numbers):
+                target = TARGETS[numbers[len(endings)] % len(TARGETS)]
+                last = said.read_text("utf-8", "replace")[-300:]
+                endings.append(Ending(f"{target.command[0]} {target.file}", "abort", last))
+                peaks_mb.append(0.0)
     return endings, peaks_mb
 
 
