@@ -13,6 +13,7 @@ from contextlib import suppress
 KEPT_BYTES = 256 << 20
 """Larger arrays than this come from the system, and more than this of free memory goes back to it."""
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3
+"""Their numbers in glibc's malloc.h."""
 
 
 def keep_freed() -> None:

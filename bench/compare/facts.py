@@ -34,8 +34,8 @@ def found_or_missed(pairing: Pairing) -> FoundOrMissed:
     for base, new in zip(pairing.base, pairing.new, strict=True):
         if base.burrs and new.burrs and len(base.burrs) != len(new.burrs):
             raise InputError(
-                f"{base.case}: records of one scene list {len(base.burrs)} and {len(new.burrs)} true burrs: one "
-                "is damaged; remove its line from records.jsonl and run again with --resume"
+                f"{base.case}: records of one scene list {len(base.burrs)} and {len(new.burrs)} true burrs: "
+                "one is damaged; remove its line from records.jsonl and run again with --resume"
             )
         for number in range(max(len(base.burrs), len(new.burrs))):
             before, after = (_found(record, number) for record in (base, new))

@@ -159,8 +159,8 @@ def load_run(path: Path) -> Run:
         burrs = counts.setdefault(record.case, len(record.burrs)) if record.burrs else 0
         if burrs != len(record.burrs):
             raise InputError(
-                f"{directory.records}: case {record.case} has {len(record.burrs)} true burrs in the record of "
-                f"{record.variant} and {burrs} in another; was the file edited?"
+                f"{directory.records}: case {record.case} has {len(record.burrs)} true burrs in the record "
+                f"of {record.variant} and {burrs} in another; was the file edited?"
             )
     return Run(directory, suite, manifest["seed"], manifest, records)
 
