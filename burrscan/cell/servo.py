@@ -81,7 +81,7 @@ class Glance:
     why: str = ""
 
     def sure(self, tolerance_mm: float) -> float:
-        """Probability that the mill is within the tolerance of its place, across the burr; 0 if not over it."""
+        """Probability that the mill is within the tolerance across the burr; 0 if it is too high or leans."""
         if not (abs(self.off_mm[1]) <= tolerance_mm and self.tilt_deg <= _SQUARE_DEG):
             return 0.0
         ends = (np.array([-tolerance_mm, tolerance_mm]) - self.off_mm[0]) / self.off_sigma_mm
@@ -199,7 +199,7 @@ def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
         return f"{len(glances)} looks leave the mill {last.tilt_deg:.1f} degrees from upright"
     return (
         f"{len(glances)} looks leave {across:.3f} ± {last.off_sigma_mm:.3f} mm across the burr and "
-        f"{normal:.3f} mm along its normal; wanted was to be within {tolerance_mm:g}, and {_SURE:.0%} sure of it"
+        f"{normal:.3f} mm along its normal; wanted was to be within {tolerance_mm:g}, {_SURE:.0%} sure"
     )
 
 

@@ -185,9 +185,7 @@ def test_a_record_that_lost_a_burr_is_refused(tmp_path: Path) -> None:
     run.directory.records.write_text(
         "".join(record.line() for record in (replace(first, burrs=first.burrs * 2), *others))
     )
-    with pytest.raises(
-        InputError, match="1 true burrs in the record of yours"
-    ):
+    with pytest.raises(InputError, match="1 true burrs in the record of yours"):
         load_run(run.directory.path)
 
 

@@ -12,7 +12,7 @@ from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell import servo as module
 from burrscan.cell.positioner import OutOfReachError, PositionerSheet
-from burrscan.cell.servo import HEIGHTS_MM, servo
+from burrscan.cell.servo import HEIGHTS_MM, Glance, servo
 from burrscan.cell.station import Station
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
@@ -114,6 +114,23 @@ def test_the_mill_comes_over_the_burr_of_a_part_that_was_moved(
     # what was measured within 0.05 mm is true within it and what is stated of the measurement
     assert abs(across) < 0.05 + 3.0 * reached.glances[-1].off_sigma_mm
     assert abs(normal) < 0.065
+
+
+@pytest.mark.parametrize(
+    ("across", "sigma", "normal", "tilt", "expected"),
+    [
+        (0.0, 0.05, 0.0, 0.1, 0.6827),  # one standard deviation to both sides
+        (0.05, 0.01, 0.04, 0.1, 0.5),
+        (-0.03, 0.02, -0.05, 0.5, 0.8413),
+        (0.0, 0.01, 0.051, 0.1, 0.0),
+        (0.0, 0.01, 0.0, 0.6, 0.0),
+    ],
+)
+def test_how_sure_the_mill_is_over_the_burr(
+    *, across: float, sigma: float, normal: float, tilt: float, expected: float
+) -> None:
+    glance = Glance(np.eye(4), 8.0, np.eye(4), (across, normal), sigma, tilt)
+    assert glance.sure(0.05) == pytest.approx(expected, abs=1e-4)
 
 
 def test_without_looking_the_arm_is_off_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
