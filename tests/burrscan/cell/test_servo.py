@@ -133,6 +133,23 @@ def test_how_sure_the_mill_is_over_the_burr(
     assert glance.sure(0.05) == pytest.approx(expected, abs=1e-4)
 
 
+def test_of_those_that_stop_as_many_are_within_the_tolerance_as_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    within, sure = [], []
+    for seed in range(60):
+        world = World(seed, noise_mm=0.2)
+        reached = _run(world, monkeypatch)
+        if reached.converged:
+            last = reached.glances[-1]
+            within.append(abs(_off(world, last.height_mm)[0]) <= 0.05)
+            sure.append(last.sure(0.05))
+    assert len(within) >= 30
+    spread = np.sqrt(np.mean(np.multiply(sure, np.subtract(1.0, sure))) / len(sure))
+    assert abs(np.mean(within) - np.mean(sure)) < 2.6 * spread  # two sides, one in a hundred
+    assert np.mean(within) > 0.8 - 2.6 * spread
+
+
 def test_without_looking_the_arm_is_off_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
     off = []
     for seed in range(6):
