@@ -11,6 +11,8 @@ from burrscan.errors import InputError
 
 _OFF = 1e-3
 """How far from orthonormal a rotation may be: three decimals in a file leave half of that."""
+_FARTHEST_MM = 1e6
+"""No scanner stands a kilometre off; a number that is another unit's, or damaged, does."""
 
 
 def rigid(pose: Floats, *, what: str) -> Floats:
@@ -19,7 +21,8 @@ def rigid(pose: Floats, *, what: str) -> Floats:
     Raises
     ------
     InputError
-        When it scales, shears or mirrors, holds numbers that are not finite, or its last row is not 0 0 0 1.
+        When it scales, shears or mirrors, holds numbers that are not finite, shifts by more than a kilometre,
+        or its last row is not 0 0 0 1.
 
     """
     turn = pose[:3, :3]
@@ -34,6 +37,8 @@ def rigid(pose: Floats, *, what: str) -> Floats:
         reason = f"scales or shears: its rotation times its transpose is off the identity by {off:.2g}"
     elif mirrored:
         reason = "mirrors: the determinant of its rotation is negative"
+    elif not np.abs(pose[:3, 3]).max() <= _FARTHEST_MM:
+        reason = f"shifts by {np.abs(pose[:3, 3]).max():.2g} mm"
     else:
         return pose
     raise InputError(f"{what}: {reason}; a pose is a rotation and a translation in mm")

@@ -103,6 +103,10 @@ class RampCapture:
     exposure_range_ms: tuple[float, float]
 
 
+_ROUNDED = 1e-3
+"""Share by which an exposure may be beyond the range: both were rounded."""
+
+
 def is_ramp_folder(folder: Path) -> bool:
     """Whether a folder holds ramps."""
     return (folder / NAME).is_file()
@@ -123,6 +127,14 @@ def read_ramps(folder: Path) -> RampCapture:
     numbers = sorted({shot.lamp for shot in document.lamps})
     if numbers != list(range(len(numbers))):
         raise InputError(f"{path}: lamps {numbers} of the ramps; they are numbered 0, 1, 2 by their bands")
+    shortest, longest = document.exposure_range_ms
+    shots: list[LampShot | LevelShot] = [*document.lamps, *document.levels]
+    for shot in shots:
+        if not shortest * (1.0 - _ROUNDED) <= shot.exposure_ms <= longest * (1.0 + _ROUNDED):
+            raise InputError(
+                f"{path}: {shot.image} was exposed for {shot.exposure_ms:g} ms; exposure_range_ms says "
+                f"{shortest:g} to {longest:g}"
+            )
     primaries = {len(shot.levels) for shot in document.levels}
     if len(primaries) != 1:
         raise InputError(f"{path}: levels of {sorted(primaries)} primaries; every shot names them all")

@@ -17,7 +17,7 @@ from burrscan.meshio import read_mesh
 from burrscan.pose import rigid
 from burrscan.registration.alignment import Alignment, Free, PosedSurface
 
-Positive = Annotated[float, Field(gt=0.0)]
+Sigma = Annotated[float, Field(ge=1e-6, le=1e6)]  # from a nanometre to a kilometre; squares stay numbers
 Row = tuple[float, float, float, float]
 
 
@@ -26,8 +26,8 @@ class PosesFile:
     """The rough poses of several views, in the order of the meshes, and how good they are (one sigma)."""
 
     T_world_camera: tuple[tuple[Row, Row, Row, Row], ...]
-    sigma_mm: Positive = 0.5
-    sigma_deg: Positive = 0.2
+    sigma_mm: Sigma = 0.5
+    sigma_deg: Sigma = 0.2
 
 
 def read_views(meshes: Sequence[Path], poses: Path) -> tuple[list[PosedSurface], float, float]:

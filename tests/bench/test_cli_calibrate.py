@@ -99,6 +99,8 @@ def test_a_ramp_folder_that_is_damaged_says_where(
     refused({"levels": []}, "levels: tuple should have at least 1 item")
     refused({"lamps": [{**document["lamps"][0], "lamp": 2}]}, "numbered 0, 1, 2")
     refused({"lamps": document["lamps"][:3]}, "ramp from the dark until it clips")
+    far = {**document["lamps"][1], "exposure_ms": 2147483648}
+    refused({"lamps": [document["lamps"][0], far]}, "exposed for 2.14748e+09 ms; exposure_range_ms says")
     (ramps / "images" / "0003.png").unlink()
     refused({}, "0003.png: no such image")
     other = shutil.copytree(ramps, tmp_path / "other")

@@ -53,6 +53,10 @@ def test_two_views_become_one_mesh(folder: Path) -> None:
         ('{"T_wrld": []}', "T_world_camera"),
         ("[]", "not a JSON object"),
         ('{"T_world_camera": [[[1, 0, 0]]]}', "T_world_camera"),
+        (
+            '{"T_world_camera": [], "sigma_mm": 1e-300}',
+            "sigma_mm: input should be greater than or equal to 0.000001",
+        ),
     ],
 )
 def test_bad_poses_are_refused_and_nothing_is_written(

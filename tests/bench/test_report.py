@@ -295,6 +295,15 @@ def test_a_long_index_of_cases_is_packed_and_whole(tmp_path: Path) -> None:
         assert record.case.replace(",", ", ") in table.words
 
 
+def test_a_run_that_names_no_version_of_ours_has_a_page(tmp_path: Path) -> None:
+    run = made_up_run(tmp_path / "run", stop_after=1)
+    manifest = json.loads((run / "run.json").read_text("utf-8"))
+    for session in manifest["sessions"]:
+        session["versions"] = {}
+    (run / "run.json").write_text(json.dumps(manifest), "utf-8")
+    assert "<dt>burrscan</dt><dd>unknown" in build_report(run).read_text("utf-8")
+
+
 def test_a_record_of_another_case_is_refused(tmp_path: Path) -> None:
     run = made_up_run(tmp_path / "run", stop_after=1)
     records = (run / "records.jsonl").read_text("utf-8")

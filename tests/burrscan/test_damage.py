@@ -75,6 +75,7 @@ def test_a_degenerate_mesh_is_named(vertices: Floats, said: str) -> None:
     [
         (np.diag([2.0, 2.0, 2.0, 1.0]), "scales"),
         (np.diag([-1.0, 1.0, 1.0, 1.0]), "mirrors"),
+        (np.eye(4) + np.outer([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1e300]), r"shifts by 1e\+300 mm"),
         (np.zeros((4, 4)), "last row"),
         (np.diag([0.0, 0.0, 0.0, 1.0]), "scales"),
         (np.diag([1.0, 1.0, 1.0, 2.0]), "last row"),

@@ -279,7 +279,12 @@ TARGETS = (
     Target("suite.toml", _RUN, _printed, _TOML, UPSETS, _ODD_RUNS, code=True),
     Target("done/run.json", _RESUME, _resumed, _JSON, UPSETS, left=("done/.lock",)),
     Target(
-        "done/records.jsonl", _RESUME, _resumed, (damaged_bytes, damaged_lines), UPSETS, left=("done/.lock",)
+        "done/records.jsonl",
+        _RESUME,
+        _resumed,
+        (damaged_bytes, damaged_lines),
+        UPSETS,
+        left=("done/*", "done/cases/**/*", "out.json"),  # cases whose records were lost run, and may fail
     ),
 )
 """In turn: the trial's number says which."""
