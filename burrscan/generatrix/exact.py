@@ -54,11 +54,13 @@ def exact(line: Polyline, data: Profile, scale: Scale, *, stated_mm: float) -> t
         creased, nodes = sharpened(line, found)
         first = fitter.fitted(creased)
         places = moved(found, first[0].line, nodes)
-        second = fitter.fitted(sharpened(line, places)[0])
+        again = sharpened(line, places)[0]
+        second = fitter.fitted(again)
         tries = [(at, (fit.line, foot)) for at, (fit, foot) in ((found, first), (places, second))]
         kept = borne_out(data, scale, rounded=(fit.line, foot), sharp=tries)
         if kept:
-            fit, foot = fitter.fitted(sharpened(line, kept)[0])
+            sharp = sharpened(line, kept)[0]
+            fit, foot = second if _alike(sharp, again) else fitter.fitted(sharp)
     for _ in range(_HALVINGS):
         finer = halved(fit.line, foot, data.angle, scale.arc, _NODE_SIGMAS * scale.noise_mm)
         if len(finer.nodes_mm) == len(fit.line.nodes_mm):
@@ -90,6 +92,8 @@ class _Fitter:
             fit = step(fit.line, foot, scale_mm=np.maximum(fit.scale_mm, least), tangents=tangents)
             foot = feet(self._data.z_mm, self._data.r_mm, fit.line, near, overshoot_mm=0.5 * self._side)
         ended = cut_back(fit.line, foot, self._data.angle, self._arc)
+        if _alike(ended, fit.line):
+            return fit, foot
         foot = feet(self._data.z_mm, self._data.r_mm, ended, near, overshoot_mm=0.5 * self._side)
         return replace(fit, line=ended), foot
 
@@ -99,3 +103,8 @@ class _Fitter:
         near = known[known < self._side]
         scale = 1.5 * float(np.median(near)) if len(near) else self._side
         return np.full(len(line.nodes_mm), max(scale, self._stated, 0.01 * self._side))
+
+
+def _alike(line: Polyline, other: Polyline) -> bool:
+    """Whether two lines have the same nodes."""
+    return np.array_equal(line.nodes_mm, other.nodes_mm) and np.array_equal(line.starts, other.starts)
