@@ -221,6 +221,11 @@ _ODD_RUNS = (
 )  # fmt: skip
 _HISTORY = ("axis_deg", "--suite", "tiny", "--baselines", "baselines")
 
+_WHOLE_RUN = (
+    "done/.lock", "done/cases", "done/cases/*", "done/cases/*/*", "done/records.jsonl", "done/records.csv",
+    "done/timings.csv", "done/report.html", "out.json",
+)  # fmt: skip
+"""What a run leaves, and nothing beside: cases whose records were lost are run anew, and all may fail."""
 TARGETS = (
     Target("scene.toml", ("show", "suite.toml"), _printed, _TOML),
     Target("suite.toml", ("show", "suite.toml"), _printed, _TOML),
@@ -284,7 +289,7 @@ TARGETS = (
         _resumed,
         (damaged_bytes, damaged_lines),
         UPSETS,
-        left=("done/*", "done/cases/**/*", "out.json"),  # cases whose records were lost run, and may fail
+        left=_WHOLE_RUN,
     ),
 )
 """In turn: the trial's number says which."""
