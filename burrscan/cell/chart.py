@@ -81,13 +81,14 @@ def line_of(T_part_burr: Floats) -> int:
     return int(abs(T_part_burr[:3, 0] @ [-y, x, 0.0]) > np.sqrt(0.5))
 
 
-def walked(T_part_burr: Floats, along_mm: Floats, across_mm: float = 0.0) -> Floats:
+def walked(T_part_burr: Floats, along_mm: Floats, across_mm: Floats | float = 0.0) -> Floats:
     """(N, 3) places on a burr's line: what of it goes around the axis goes around at its radius."""
     x, y, z = T_part_burr[:3, 3]
     r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
     radial = np.array([np.cos(angle), np.sin(angle), 0.0])
     around = np.array([-np.sin(angle), np.cos(angle), 0.0])
-    step = along_mm[:, None] * T_part_burr[:3, 0] + across_mm * T_part_burr[:3, 1]
+    across = np.broadcast_to(across_mm, along_mm.shape)
+    step = along_mm[:, None] * T_part_burr[:3, 0] + across[:, None] * T_part_burr[:3, 1]
     angles, radii = angle + step @ around / max(r, 1e-6), r + step @ radial
     return np.stack([radii * np.cos(angles), radii * np.sin(angles), z + step[:, 2]], axis=1)
 

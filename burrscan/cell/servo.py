@@ -103,7 +103,8 @@ class Servoed:
     glances
         Every look.
     burr
-        The burr where all looks from the last side have it, its pose in the frame of the last one's camera.
+        The burr where all looks from the last side have it, its pose in the frame of the last one's camera:
+        where moves from here on are best sent to, which scatter as those did.
     roll_deg
         Turn of the flange about the mill.
 
@@ -154,7 +155,7 @@ def servo(
     plate = station.table.move(turned(station.T_base_plate, turn))
     expected = plate @ T_plate_burr
     pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
-    lever = float(np.linalg.norm(station.T_flange_tool[:3, 3]))
+    lever = station.lever_mm
     slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
     rig = station.scanner.rig
     glances: list[Glance] = []
@@ -183,10 +184,10 @@ def servo(
         place, sigma = place_now(same_side, sheet=station.arm.sheet, lever_mm=lever)
         off, tilt = _off(station, reported, place, height)
         glances.append(Glance(reported, height, measured, off, sigma, tilt, outcome))
-        if len(same_side) >= _LEAST_LOOKS and glances[-1].sure(tolerance_mm) >= _SURE:
-            here = np.asarray(np.linalg.inv(reported) @ place, float)
-            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
+        if len(same_side) >= _LEAST_LOOKS and glances[-1].sure(tolerance_mm) >= _SURE:
+            here = np.asarray(np.linalg.inv(reported) @ expected, float)
+            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
     return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
 
 

@@ -67,6 +67,11 @@ class Station:
         return np.asarray(self.T_flange_camera @ self.T_camera_tool)
 
     @property
+    def lever_mm(self) -> float:
+        """From the flange to the tool: the flange's turns act over it."""
+        return float(np.linalg.norm(self.T_flange_tool[:3, 3]))
+
+    @property
     def lens_sigma(self) -> tuple[float, float]:
         """Standard deviation (mm, deg) about each axis of a reported pose of the camera over the plate."""
         arm, table = self.arm.sheet, self.table.sheet

@@ -25,6 +25,10 @@ _RIM = 16
 """Places on the mill's rim that are tried."""
 _LANE = 1.5
 """Distance of neighbouring lanes in radii of the mill: they overlap by a quarter of it."""
+_LINK_MM = 0.5
+"""Between places on the way from lane to lane: straight on, the mill would go through a round part."""
+_PIECES = 8.0
+"""Of the curve, to a radius of the mill, whose medians say how the mill stands on it."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,9 @@ def tool_path(
 ) -> ToolPath:
     """The path that takes a burr off down to the fitted surface.
 
+    The path keeps the distance from the surface that the burr's origin has, usually none: several looks may
+    know better where the surface is than the one that ``generatrix`` is of.
+
     Parameters
     ----------
     burr
@@ -131,29 +138,35 @@ def tool_path(
     T_part_burr = frame @ burr.T_mesh_burr
     half = 0.5 * burr.length_mm.value + _OVERRUN_MM
     along = np.linspace(-half, half, max(2, int(np.ceil(2.0 * half / _STEP_MM)) + 1))
-    stations, lanes, free_middle = [], [], np.zeros(len(along), np.bool_)
+    ways: list[Floats] = []
+    lanes, reached = [], np.zeros(len(along), np.bool_)
     for number, across in enumerate(_lanes(burr, radius_mm)):
-        poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
-        free = on_part & _clear(poses, line, radius_mm)
-        free_middle |= free
-        kept = poses[free] if number % 2 == 0 else poses[free][::-1]
-        stations.append(kept)
-        lanes.append(np.full(len(kept), number))
-    found = np.concatenate(stations)
+        free = _longest(_standing(T_part_burr, line, along, np.full(len(along), across), radius_mm)[1])
+        reached |= free
+        way = np.stack([along[free], np.full(free.sum(), across)], axis=1)
+        way = way if number % 2 == 0 else way[::-1]
+        if ways and len(way) and len(ways[-1]):
+            way = np.concatenate([_link(ways[-1][-1], way[0]), way])
+        ways.append(way)
+        lanes.append(np.full(len(way), number))
+    way = np.concatenate(ways)
+    found, free = _standing(T_part_burr, line, way[:, 0], way[:, 1], radius_mm)
+    found, lane = found[free], np.concatenate(lanes)[free]
     if len(found) < 2:
         raise InputError(
             f"a mill of {radius_mm:g} mm radius reaches the burr nowhere without cutting the part: take a "
             "smaller one"
         )
+    found[:, :3, 3] += _over(T_part_burr, line) * found[:, :3, 2]
     back = np.linalg.inv(frame)
     on_burr = np.abs(along) <= half - _OVERRUN_MM
     return ToolPath(
         stations=back @ found,
-        lane=np.concatenate(lanes),
+        lane=lane,
         passes_mm=_passes(burr, bite_mm),
         approach_mm=approach_mm,
         feed_mm_s=feed_mm_s,
-        covered=float(free_middle[on_burr].mean()) if on_burr.any() else 0.0,
+        covered=float(reached[on_burr].mean()) if on_burr.any() else 0.0,
     )
 
 
@@ -171,11 +184,40 @@ def _lanes(burr: Burr, radius_mm: float) -> Floats:
     return np.asarray((np.arange(count) - 0.5 * (count - 1)) * _LANE * radius_mm, float)
 
 
+def _longest(free: Bools) -> Bools:
+    """The longest stretch of free stations: between two of them there may be a wall."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]])))
+    starts, stops = ends[::2], ends[1::2]
+    kept = np.zeros_like(free)
+    if len(starts):
+        longest = int(np.argmax(stops - starts))
+        kept[starts[longest] : stops[longest]] = True
+    return kept
+
+
+def _link(here: Floats, there: Floats) -> Floats:
+    """(N, 2) places between the end of a lane and the start of the next, both left out.
+
+    Around the part: the way straight across would go through it.
+    """
+    count = max(1, int(np.ceil(float(np.linalg.norm(there - here)) / _LINK_MM)))
+    share = np.arange(1, count)[:, None] / count
+    return np.asarray(here + share * (there - here), float)
+
+
+def _standing(
+    T_part_burr: Floats, line: Polyline, along: Floats, across: Floats, radius_mm: float
+) -> tuple[Floats, Bools]:
+    """(N, 4, 4) poses of the mill on (N,) places along and across the burr, and where it cuts no wall."""
+    poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
+    return poses, on_part & _clear(poses, line, radius_mm)
+
+
 def _stations(
     T_part_burr: Floats,
     line: Polyline,
     along: Floats,
-    across: float,
+    across: Floats,
     radius_mm: float,
 ) -> tuple[Floats, Bools]:
     """(N, 4, 4) on the surface, the burr's own line followed along the meridian and around the axis.
@@ -192,27 +234,36 @@ def _stations(
     on_part = foot.valid
     at, normal = _levelled(line, foot, radius_mm)
     cosine, sine = np.cos(angles), np.sin(angles)
-    on = np.stack([at[:, 1] * cosine, at[:, 1] * sine, at[:, 0]], axis=1)
     out = np.stack([normal[:, 1] * cosine, normal[:, 1] * sine, normal[:, 0]], axis=1)
+    on = np.stack([at[:, 1] * cosine, at[:, 1] * sine, at[:, 0]], axis=1)
     turned = np.stack([-sine, cosine, np.zeros_like(sine)], axis=1)
     feed = (T_part_burr[:3, 0] @ around) * turned + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
     feed = feed + (T_part_burr[:3, 0] @ radial) * np.cross(turned, [0.0, 0.0, 1.0])
     return _poses(on, out, feed), on_part
 
 
+def _over(T_part_burr: Floats, line: Polyline) -> float:
+    """Distance of the burr's origin from the surface; 0 where there is none."""
+    x, y, z = T_part_burr[:3, 3]
+    foot = feet_of(np.array([z]), np.array([np.hypot(x, y)]), line)
+    return float(foot.distance_mm[0]) if foot.valid[0] else 0.0
+
+
 def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Floats]:
     """(N, 2) places on the curve and (N, 2) normals as a mill feels them: medians over its own width.
 
     Segments of the curve are shorter than their noise lets them lean rightly, and the mill's end is a plane:
-    the medians follow the longer of two faces at a corner, for a segment counts by its length.
+    the medians follow the longer of two faces at a corner, for a face counts by its length.
     """
-    count = np.maximum(np.round(4.0 * line.lengths_mm / np.median(line.lengths_mm)), 1.0).astype(np.int64)
-    middles = np.repeat(line.nodes_mm[line.starts] + 0.5 * line.steps_mm, count, axis=0)
-    normals_there = np.repeat(line.normals, count, axis=0)
+    ends = np.cumsum(line.lengths_mm)
+    along = np.arange(0.5 * radius_mm / _PIECES, ends[-1], radius_mm / _PIECES)
+    segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+    middles = line.places_mm(segment, 1.0 - (ends[segment] - along) / line.lengths_mm[segment])
+    normals_there = line.normals[segment]
     at = line.places_mm(foot.segment, foot.t)
     normals = np.empty_like(at)
-    for number, place in enumerate(at):
-        near = np.hypot(*(middles - place).T) <= max(radius_mm, 2.0 * float(np.median(line.lengths_mm)))
+    for station, place in enumerate(at):
+        near = np.hypot(*(middles - place).T) <= radius_mm
         leaning = normals_there[near]
         middle = leaning.mean(axis=0)
         lean = np.arctan2(middle[0] * leaning[:, 1] - middle[1] * leaning[:, 0], leaning @ middle)
@@ -223,8 +274,8 @@ def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Flo
                 np.sin(turn) * middle[0] + np.cos(turn) * middle[1],
             ]
         )
-        normals[number] = normal / np.linalg.norm(normal)
-        at[number] = place + np.median((middles[near] - place) @ normals[number]) * normals[number]
+        normals[station] = normal / np.linalg.norm(normal)
+        at[station] = place + np.median((middles[near] - place) @ normals[station]) * normals[station]
     return at, normals
 
 

@@ -57,6 +57,9 @@ _WHOLE = 10
 _SETTLED = 0.2
 """Done when the poses move by less than this share of their standard deviations: points that change from one
 piece, or one bin, to the next shake them by some tenths."""
+_FALLS = 0.5
+"""Share of it that a view's noise falls to in a step at most (graduated non-convexity; Blake & Zisserman,
+Visual Reconstruction, 1987): a face that fits at once would shut out the walls, which are not there yet."""
 _ALONG = 5
 """Which of a view's unknowns is its place along the axis."""
 _LEAST_USED = 0.5
@@ -122,9 +125,8 @@ def joint(
     reported = np.stack([rigid(v.T_world_camera, what=f"view {n}") for n, v in enumerate(views, 1)])
     state = _start(points, reported)
     size = _rms_radius(points, reported, state.T_world_part)
-    rough = prior.sigma_mm + np.radians(prior.sigma_deg) * size
     steps = 0
-    state.spread = np.array([max(1.0, rough / float(np.median(s))) for s in sigma])
+    state.spread = np.maximum(_rough_mm(points, prior) / [float(np.median(s)) for s in sigma], 1.0)
     for fine in (False, True):
         every = 1 if fine else max(1, sum(map(len, points)) // (_THINNED * len(points)))
         some, noise = [p[::every] for p in points], [s[::every] for s in sigma]
@@ -135,10 +137,11 @@ def joint(
         for number in range(_STEPS):
             steps += 1
             share = 1.0 if number < _WHOLE else 0.5
+            before = state.spread
             moved, moved_mm = _step(
                 state, some, noise, reported, prior, size, share=share, use_roll=use_roll and fine
             )
-            if moved < _SETTLED:
+            if moved < _SETTLED and (state.spread > _FALLS * before).all():
                 break
     _refuse_foreign(state, points, sigma)
     _refuse_lost(state, points, reported, prior)
@@ -177,12 +180,22 @@ def _refuse_lost(state: _State, points: list[Floats], reported: Floats, prior: P
     for number, (own, pose, said) in enumerate(zip(points, state.poses, reported, strict=True), 1):
         middle = np.append(own.mean(axis=0), 1.0)
         away = float(np.linalg.norm((state.T_world_part @ pose @ middle - said @ middle)[:3]))
-        lever = np.radians(prior.sigma_deg) * float(np.linalg.norm(middle[:3]))
+        lever = np.radians(prior.sigma_deg) * _lever_mm(own)
         if away > _LOST * np.sqrt(3.0) * float(np.hypot(prior.sigma_mm, lever)):
             raise InputError(
                 f"view {number}: it fits {away:.1f} mm from its reported pose, which is stated to "
                 f"{prior.sigma_mm:g} mm and {prior.sigma_deg:g} deg: check that pose, or the prior's sigma"
             )
+
+
+def _rough_mm(points: list[Floats], prior: PosePrior) -> Floats:
+    """(N,) how far a view's points may lie off by its reported pose: a turn acts over their distance."""
+    return np.array([prior.sigma_mm + np.radians(prior.sigma_deg) * _lever_mm(own) for own in points])
+
+
+def _lever_mm(own: Floats) -> float:
+    """Distance of a view's points from the origin of its frame."""
+    return float(np.linalg.norm(own.mean(axis=0)))
 
 
 def _points(views: Sequence[PosedSurface]) -> tuple[list[Floats], list[Floats]]:
@@ -339,7 +352,9 @@ def _step(
         ]
     )
     state.T_world_part = state.T_world_part @ exponential(base_motion(base))
-    state.spread = np.array([_spread(row.z, k) for row, k in zip(rows, state.spread, strict=True)])
+    state.spread = np.array(
+        [max(_spread(row.z, k), _FALLS * k) for row, k in zip(rows, state.spread, strict=True)]
+    )
     twists = step[:-BASE].reshape(-1, UNKNOWNS)
     across = np.abs(np.concatenate([twists[:, :2] * size_mm, twists[:, 3:5]], axis=1)).max()
     return float(np.sqrt(step @ whole @ step / len(step))), float(across)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from burrscan.cell.toolpath import lift, tool_path
 from burrscan.errors import InputError
+from burrscan.inspection import Generatrix
 from scenes.cell.errors import motion
 from tests.burrscan.cell.parts import RADIUS_MM, axis, burr, generatrix
 
@@ -70,3 +73,43 @@ def test_what_no_mill_can_do_is_refused() -> None:
         tool_path(
             burr(z_mm=39.0, length_mm=0.5), axis=axis(), generatrix=generatrix(step=True), radius_mm=8.0
         )
+
+
+def test_from_lane_to_lane_the_mill_goes_round_the_part() -> None:
+    path = tool_path(burr(0.0, height_mm=5.0), axis=axis(), generatrix=generatrix(), radius_mm=1.5)
+    assert path.lane.max() > 1
+    tips = path.stations[:, :3, 3]
+    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    assert steps.max() < 1.01  # straight from lane to lane would be 2.25 mm
+    # what is swept between two poses reaches from rim to rim: never deep in the part
+    for here, there in zip(path.stations[:-1], path.stations[1:], strict=True):
+        rims = [pose[:3, 3] + side * 1.5 * pose[:3, 1] for pose in (here, there) for side in (-1.0, 1.0)]
+        middles = [0.5 * (a + b) for a, b in ((rims[0], rims[3]), (rims[1], rims[2]))]
+        assert min(np.hypot(x, y) for x, y, _ in middles) > RADIUS_MM - 0.006
+
+
+def test_the_mill_goes_through_no_wall_between_two_stretches() -> None:
+    collar = generatrix()
+    inside = np.abs(collar.z_mm - 22.0) < 0.6
+    walled = replace(collar, r_mm=np.where(inside, RADIUS_MM + 5.0, collar.r_mm))
+    path = tool_path(burr(0.0, length_mm=20.0), axis=axis(), generatrix=walled, radius_mm=2.0)
+    z = path.stations[:, 2, 3]
+    assert z.max() < 20.0  # the longer stretch, below the collar
+    assert z.min() == pytest.approx(9.0, abs=0.01)
+    assert path.covered == pytest.approx(0.45, abs=0.06)
+
+
+def test_the_path_keeps_the_distance_from_the_surface_that_the_burr_has() -> None:
+    lifted = burr(30.0)
+    lifted = replace(lifted, T_mesh_burr=lift(lifted.T_mesh_burr, -0.08))
+    path = tool_path(lifted, axis=axis(), generatrix=generatrix(), radius_mm=2.0)
+    assert np.allclose(np.hypot(*path.stations[:, :2, 3].T), RADIUS_MM - 0.08, atol=1e-6)
+
+
+def test_a_curve_of_few_nodes_is_as_good_as_one_of_many() -> None:
+    many = generatrix()
+    nothing, kept = np.zeros(4), [0, 78, 79, 80]
+    few = Generatrix(many.z_mm[kept], many.r_mm[kept], nothing, nothing)
+    here = tool_path(burr(30.0), axis=axis(), generatrix=many, radius_mm=2.0)
+    there = tool_path(burr(30.0), axis=axis(), generatrix=few, radius_mm=2.0)
+    assert np.allclose(here.stations, there.stations, atol=1e-6)

@@ -16,6 +16,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis
 from burrscan.pose import placed
+from burrscan.registration.alignment import PosedSurface
 from burrscan.registration.joint import Joint, PosePrior, joint
 from tests.burrscan.registration.turned import ARC_DEG, HALF_MM, Shot, bosses, radius, shot
 from tests.burrscan.registration.views import motion, true_pose
@@ -282,3 +283,54 @@ def test_a_view_of_another_part_or_from_elsewhere_is_refused() -> None:
     lost = given.views[1].T_world_camera @ motion(np.array([0.0, 9.0, 0.0]), np.array([30.0, 0.0, 0.0]))
     with pytest.raises(InputError, match=r"reported pose"):
         joint([given.views[0], replace(given.views[1], T_world_camera=lost), *given.views[2:]])
+
+
+def from_above(seed: int, *, robot_deg: float) -> Shot:
+    """Four views of a stepped drum from 55 to 75 degrees above: ten thousand points of faces, few of walls.
+
+    A robot's error of angle acts over the 600 mm to the part: it moves the walls by millimetres.
+    """
+    rng = np.random.default_rng(seed)
+    views, true = [], []
+    for turn, elevation in ((0.0, 55.0), (90.0, 75.0), (180.0, 55.0), (-90.0, 55.0)):
+        across, along = (grid.ravel() for grid in np.meshgrid(*[np.arange(-70.0, 70.0, 1.0)] * 2))
+        away = np.hypot(across, along)
+        phi = np.radians(turn + np.linspace(-60.0, 60.0, 80))[:, None]
+        walls = [
+            np.stack(np.broadcast_arrays(r * np.cos(phi), r * np.sin(phi), z), axis=-1).reshape(-1, 3)
+            for r, z in ((40.0, np.arange(1.0, 16.0, 1.5)), (70.0, np.arange(-19.0, 1.0, 2.0)))
+        ]
+        lower = (away > 44.0) & (away < 70.0)
+        points = np.concatenate(
+            [
+                np.stack([across, along, np.full_like(away, 16.0)], axis=1)[away < 40.0],
+                np.stack([across, along, np.full_like(away, 1.0)], axis=1)[lower],
+                *walls,
+            ]
+        )
+        pose = true_pose(turn)
+        lean = Rotation.from_rotvec(np.radians(elevation) * -pose[:3, 0]).as_matrix()
+        pose[:3, :3] = lean @ pose[:3, :3]
+        pose[:3, 3] = -600.0 * pose[:3, 2]
+        points = points + 0.03 * rng.normal(size=points.shape)
+        error = motion(robot_deg * rng.normal(size=3), 0.3 * rng.normal(size=3))
+        rough = pose.copy()
+        rough[:3, :3] = error[:3, :3] @ pose[:3, :3]
+        rough[:3, 3] += error[:3, 3]
+        own = (points - pose[:3, 3]) @ pose[:3, :3]
+        nothing = np.zeros((0, 3), np.int32)
+        views.append(PosedSurface(own, nothing, np.full(len(own), 0.03), rough))
+        true.append(pose)
+    return Shot(views, true)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 10])
+def test_walls_that_the_robot_puts_millimetres_off_are_not_shut_out_by_faces(seed: int) -> None:
+    drawn = from_above(seed, robot_deg=0.5)
+    result = joint(drawn.views, prior=PosePrior(sigma_mm=0.3, sigma_deg=0.5))
+    for settled, pose in zip(result.T_world_camera, drawn.true, strict=True):
+        # the part's axis, where each view's walls put it
+        there = placed(settled @ np.linalg.inv(pose), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 16.0]]))
+        off = there - result.axis.point_mm
+        across = off - np.outer(off @ result.axis.direction, result.axis.direction)
+        assert np.linalg.norm(across, axis=1).max() < 0.03
