@@ -309,7 +309,9 @@ def _sentence(progress: Progress, score: LookScore) -> str:
 def _removal_sentence(number: int, score: RemovalScore) -> str:
     if not score.converged:
         return f"burr {number + 1}: not removed: {score.why}"
+    seen = np.isfinite(score.said_residual_mm)
+    left = f"{score.said_residual_mm:.3f} mm are left by" if seen else "its place is not measured in"
     return (
         f"burr {number + 1}: reached in {score.looks} looks, milled over {100 * score.covered:.0f} % of its "
-        f"length; {score.said_residual_mm:.3f} mm are left by the look afterwards"
+        f"length; {left} the look afterwards"
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.axis.basis import T_part_mesh
@@ -19,16 +20,20 @@ _STEP_MM = 1.0
 """Between stations along the burr."""
 _OVERRUN_MM = 1.0
 """The mill goes on for so long behind both ends of the burr, whose extent is known to about as much."""
-_UNDER_MM = 0.03
-"""How far the mill's rim may reach under the fitted surface: beside a step, it stays away from the wall."""
+_UNDER_MM, _UNDER_SIGMAS = 0.03, 2.0
+"""How far the mill's rim may reach under the fitted surface, and by how much more where that is not known so
+well: beside a step, it stays away from the wall."""
 _RIM = 16
 """Places on the mill's rim that are tried."""
 _LANE = 1.5
 """Distance of neighbouring lanes in radii of the mill: they overlap by a quarter of it."""
 _LINK_MM = 0.5
 """Between places on the way from lane to lane: straight on, the mill would go through a round part."""
+_ON_FACE, _FLAT_MM, _REFITS = 5.0, 1e-3, 3
+"""Times the median distance from the face, and at least so much of it, within which a place lies on it, and
+how often the face is fitted to those: the first one leans by a segment's noise."""
 _PIECES = 8.0
-"""Of the curve, to a radius of the mill, whose medians say how the mill stands on it."""
+"""Of the curve, to a radius of the mill, that say how the mill stands on it."""
 
 
 @dataclass(frozen=True)
@@ -141,17 +146,18 @@ def tool_path(
     ways: list[Floats] = []
     lanes, reached = [], np.zeros(len(along), np.bool_)
     for number, across in enumerate(_lanes(burr, radius_mm)):
-        free = _longest(_standing(T_part_burr, line, along, np.full(len(along), across), radius_mm)[1])
+        lane = np.full(len(along), across)
+        free = _longest(_standing(T_part_burr, line, generatrix, along, lane, radius_mm)[1])
         reached |= free
-        way = np.stack([along[free], np.full(free.sum(), across)], axis=1)
+        way = np.stack([along, lane], axis=1)[free]
         way = way if number % 2 == 0 else way[::-1]
         if ways and len(way) and len(ways[-1]):
             way = np.concatenate([_link(ways[-1][-1], way[0]), way])
         ways.append(way)
         lanes.append(np.full(len(way), number))
     way = np.concatenate(ways)
-    found, free = _standing(T_part_burr, line, way[:, 0], way[:, 1], radius_mm)
-    found, lane = found[free], np.concatenate(lanes)[free]
+    found, free = _standing(T_part_burr, line, generatrix, way[:, 0], way[:, 1], radius_mm)
+    found, numbers = found[free], np.concatenate(lanes)[free]
     if len(found) < 2:
         raise InputError(
             f"a mill of {radius_mm:g} mm radius reaches the burr nowhere without cutting the part: take a "
@@ -162,7 +168,7 @@ def tool_path(
     on_burr = np.abs(along) <= half - _OVERRUN_MM
     return ToolPath(
         stations=back @ found,
-        lane=lane,
+        lane=numbers,
         passes_mm=_passes(burr, bite_mm),
         approach_mm=approach_mm,
         feed_mm_s=feed_mm_s,
@@ -206,11 +212,16 @@ def _link(here: Floats, there: Floats) -> Floats:
 
 
 def _standing(
-    T_part_burr: Floats, line: Polyline, along: Floats, across: Floats, radius_mm: float
+    T_part_burr: Floats,
+    line: Polyline,
+    generatrix: Generatrix,
+    along: Floats,
+    across: Floats,
+    radius_mm: float,
 ) -> tuple[Floats, Bools]:
     """(N, 4, 4) poses of the mill on (N,) places along and across the burr, and where it cuts no wall."""
     poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
-    return poses, on_part & _clear(poses, line, radius_mm)
+    return poses, on_part & _clear(poses, line, generatrix, radius_mm)
 
 
 def _stations(
@@ -250,33 +261,40 @@ def _over(T_part_burr: Floats, line: Polyline) -> float:
 
 
 def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Floats]:
-    """(N, 2) places on the curve and (N, 2) normals as a mill feels them: medians over its own width.
+    """(N, 2) places on the curve and (N, 2) normals as a mill feels them: a line over its own width.
 
-    Segments of the curve are shorter than their noise lets them lean rightly, and the mill's end is a plane:
-    the medians follow the longer of two faces at a corner, for a face counts by its length.
+    The mean normal of the longer of two faces at a corner, by the median; then the line through what lies on
+    it, for one segment leans by its noise. O(N), some ten places each.
     """
     ends = np.cumsum(line.lengths_mm)
     along = np.arange(0.5 * radius_mm / _PIECES, ends[-1], radius_mm / _PIECES)
     segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
     middles = line.places_mm(segment, 1.0 - (ends[segment] - along) / line.lengths_mm[segment])
-    normals_there = line.normals[segment]
     at = line.places_mm(foot.segment, foot.t)
     normals = np.empty_like(at)
     for station, place in enumerate(at):
         near = np.hypot(*(middles - place).T) <= radius_mm
-        leaning = normals_there[near]
-        middle = leaning.mean(axis=0)
-        lean = np.arctan2(middle[0] * leaning[:, 1] - middle[1] * leaning[:, 0], leaning @ middle)
-        turn = np.median(lean)
-        normal = np.array(
-            [
-                np.cos(turn) * middle[0] - np.sin(turn) * middle[1],
-                np.sin(turn) * middle[0] + np.cos(turn) * middle[1],
-            ]
-        )
-        normals[station] = normal / np.linalg.norm(normal)
-        at[station] = place + np.median((middles[near] - place) @ normals[station]) * normals[station]
+        offsets, leaning = middles[near] - place, line.normals[segment[near]]
+        mean = leaning.mean(axis=0)
+        turns = np.arctan2(mean[0] * leaning[:, 1] - mean[1] * leaning[:, 0], leaning @ mean)
+        normal = _turned(mean / np.linalg.norm(mean), float(np.median(turns)))
+        for _ in range(_REFITS):
+            above = offsets @ normal
+            off = np.abs(above - np.median(above))
+            face = off <= _ON_FACE * max(float(np.median(off)), _FLAT_MM)
+            beside = offsets[face] @ np.array([normal[1], -normal[0]])
+            spread = float(((beside - beside.mean()) ** 2).sum())
+            slope = float((beside - beside.mean()) @ above[face]) / spread if spread > 0.0 else 0.0
+            normal = _turned(normal, float(np.arctan(slope)))
+        normals[station] = normal
+        at[station] = place + np.median(offsets[face] @ normal) * normal
     return at, normals
+
+
+def _turned(normal: Floats, angle: float) -> Floats:
+    """A direction (2,) in the (z, r) plane turned from z to r."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * normal[0] - s * normal[1], s * normal[0] + c * normal[1]])
 
 
 def _poses(origins: Floats, z_axes: Floats, feed: Floats) -> Floats:
@@ -288,13 +306,19 @@ def _poses(origins: Floats, z_axes: Floats, feed: Floats) -> Floats:
     return poses
 
 
-def _clear(poses: Floats, line: Polyline, radius_mm: float) -> Bools:
-    """(N,) whether the mill's rim stays out of the part."""
+def _clear(poses: Floats, line: Polyline, generatrix: Generatrix, radius_mm: float) -> Bools:
+    """(N,) whether the mill's rim stays out of the part, as far as its curve is known."""
     turn = np.linspace(0.0, 2.0 * np.pi, _RIM, endpoint=False)
     rim = radius_mm * np.stack([np.cos(turn), np.sin(turn), np.zeros(_RIM)], axis=1)
-    points = np.einsum("nij,mj->nmi", poses[:, :3, :3], rim) + poses[:, None, :3, 3]
-    flat = points.reshape(-1, 3)
-    foot = feet_of(flat[:, 2], np.hypot(flat[:, 0], flat[:, 1]), line)
+    points = (np.einsum("nij,mj->nmi", poses[:, :3, :3], rim) + poses[:, None, :3, 3]).reshape(-1, 3)
+    z, r = points[:, 2], np.hypot(points[:, 0], points[:, 1])
+    foot = feet_of(z, r, line)
+    nodes = np.stack([generatrix.z_mm, generatrix.r_mm, generatrix.sigma_mm], axis=1)
+    nodes = nodes[np.isfinite(nodes).all(axis=1)]
+    under = np.full(len(points), _UNDER_MM)
+    if len(nodes):
+        nearest = cKDTree(nodes[:, :2]).query(np.stack([z, r], axis=1))[1]
+        under += _UNDER_SIGMAS * nodes[nearest, 2]
     # beyond the curve's ends nothing is known to be there
-    deep = np.where(foot.valid, foot.distance_mm, np.inf).reshape(len(poses), _RIM)
-    return np.asarray((deep > -_UNDER_MM).all(axis=1))
+    out = ~foot.valid | (foot.distance_mm > -under)
+    return np.asarray(out.reshape(len(poses), _RIM).all(axis=1))
