@@ -163,7 +163,7 @@ def tool_path(
             f"a mill of {radius_mm:g} mm radius reaches the burr nowhere without cutting the part: take a "
             "smaller one"
         )
-    found[:, :3, 3] += _over(T_part_burr, line) * found[:, :3, 2]
+    found[:, :3, 3] += _over(T_part_burr, line, radius_mm) * found[:, :3, 2]
     back = np.linalg.inv(frame)
     on_burr = np.abs(along) <= half - _OVERRUN_MM
     return ToolPath(
@@ -253,11 +253,15 @@ def _stations(
     return _poses(on, out, feed), on_part
 
 
-def _over(T_part_burr: Floats, line: Polyline) -> float:
-    """Distance of the burr's origin from the surface; 0 where there is none."""
+def _over(T_part_burr: Floats, line: Polyline, radius_mm: float) -> float:
+    """Distance of the burr's origin from the face that the mill stands on there; 0 where there is none."""
     x, y, z = T_part_burr[:3, 3]
-    foot = feet_of(np.array([z]), np.array([np.hypot(x, y)]), line)
-    return float(foot.distance_mm[0]) if foot.valid[0] else 0.0
+    place = np.array([[z, np.hypot(x, y)]])
+    foot = feet_of(place[:, 0], place[:, 1], line)
+    if not foot.valid[0]:
+        return 0.0
+    at, normal = _levelled(line, foot, radius_mm)
+    return float((place[0] - at[0]) @ normal[0])
 
 
 def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Floats]:
