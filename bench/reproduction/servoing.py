@@ -109,7 +109,7 @@ def _run(lab: Lab, pipeline: Pipeline, draw_: int) -> list[float]:
     scene = scene_from(paper_scene(SCENE, scale=0.75 * lab.scale), source="paper")
     cell = SimulatedCell(scene, CellSpec(), identity=(draw_,))
     station = cell.station()
-    target = _found(cell.wheel.burrs[0], base_pose(cell.wheel, 0))
+    target = stated_burr(cell.wheel.burrs[0], base_pose(cell.wheel, 0))
     where = cell.T_plate_part @ target.T_mesh_burr
     cell.disturb()
     blind = np.asarray(station.table.move(turned(station.T_base_plate, facing_turn(station, where))) @ where)
@@ -125,7 +125,7 @@ def _off(cell: SimulatedCell, height_mm: float) -> float:
     return max(abs(across), abs(normal - height_mm))
 
 
-def _found(true: TrueBurr, pose: Floats) -> Burr:
+def stated_burr(true: TrueBurr, pose: Floats) -> Burr:
     """The burr as an earlier inspection would have stated it, in the part frame."""
     return Burr(
         side=true.side, angle_deg=Value(true.angle_deg, 0.1), z_start_mm=Value(true.z_start_mm, 0.1),

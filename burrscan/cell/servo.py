@@ -8,8 +8,9 @@ make small moves well, which it does: its error of accuracy is nearly the same f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -21,7 +22,7 @@ from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.sightings import Sighting, place_now, place_to_go
 from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
-from burrscan.cell.track import tracked
+from burrscan.cell.track import Tracked, tracked
 from burrscan.errors import InputError
 from burrscan.inspection import Burr
 from burrscan.pipeline import Outcome, Pipeline, run
@@ -37,7 +38,7 @@ _LEAST_LOOKS = 2
 _SURE = 0.7
 """Probability of being within the tolerance from which it is not worth another move, which may take the mill
 out of it again: where a look knows the place to 0.025 to 0.045 mm and a move scatters by as much, as many
-stop within 0.05 mm in four looks as with any other (``bench.experiments.servo_rule``)."""
+stop within 0.05 mm in four looks as with any other (``bench.experiments.servo_bound``)."""
 _SQUARE_DEG = 0.5
 """The mill stands upright within this: over its radius of 2 mm it is 0.017 mm."""
 _ROLLS_DEG = (0.0, 180.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)
@@ -91,6 +92,30 @@ class Glance:
         freeze(self, T_base_camera=self.T_base_camera, T_base_burr=self.T_base_burr)
 
 
+class Finding(NamedTuple):
+    """What a look says of a burr that is known to be there.
+
+    Parameters
+    ----------
+    tracked
+        Where it is; None where the look does not find it.
+    outcome
+        Of the look.
+    why
+        What the pipeline said where it found no surface of revolution.
+
+    """
+
+    tracked: Tracked | None
+    outcome: Outcome | None = None
+    why: str = ""
+
+
+Finder = Callable[[Floats, float], Finding]
+"""Looks from where the arm stands: given (4, 4) where the burr is expected in the camera's frame, and how far
+from there it may be, mm."""
+
+
 @dataclass(frozen=True)
 class Servoed:
     """How it ended.
@@ -124,7 +149,9 @@ def servo(
     *,
     tolerance_mm: float = 0.05,
     most: int = 4,
+    sure: float = _SURE,
     pipeline: Pipeline | None = None,
+    find: Finder | None = None,
 ) -> Servoed:
     """Bring the mill over a burr, square to the surface.
 
@@ -138,12 +165,16 @@ def servo(
         (4, 4) where it was over the plate when it was found.
     tolerance_mm
         Mill and burr agree when the mill is no farther than this from its place along the burr's normal and,
-        with a probability of 0.7 by two looks or more, across the burr. Along the burr it need not be: there
-        the path has an overrun.
+        with a probability of ``sure`` by two looks or more, across the burr. Along the burr it need not be:
+        there the path has an overrun.
     most
         Looks at most.
+    sure
+        At which probability to stop.
     pipeline
         Of the looks.
+    find
+        What finds the burr in a look; by default a scan, and what :mod:`burrscan.cell.track` makes of it.
 
     Raises
     ------
@@ -157,7 +188,7 @@ def servo(
     pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
     lever = station.lever_mm
     slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
-    rig = station.scanner.rig
+    find = find or _scanning(station, burr, pipeline)
     glances: list[Glance] = []
     same_side: list[Sighting] = []
     rolls: tuple[float, ...] = ()
@@ -165,14 +196,7 @@ def servo(
         found = sum(glance.T_base_burr is not None for glance in glances)
         height = HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
         reported, roll = move_tool(station, lift(expected, height), rolls=rolls, slant_deg=slant)
-        outcome, why = _look(station, pipeline)
-        at = np.asarray(np.linalg.inv(reported) @ expected, float)
-        gate_mm = _GATE_MM[found > 0]
-        seen = (
-            None
-            if outcome is None
-            else tracked(outcome, burr, at, rig=rig, gate_mm=gate_mm, pixel_mm=pixel_mm)
-        )
+        seen, outcome, why = find(np.asarray(np.linalg.inv(reported) @ expected, float), _GATE_MM[found > 0])
         if seen is None:
             glances.append(Glance(reported, height, outcome=outcome, why=why))
             same_side = []
@@ -185,13 +209,13 @@ def servo(
         off, tilt = _off(station, reported, place, height)
         glances.append(Glance(reported, height, measured, off, sigma, tilt, outcome))
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
-        if len(same_side) >= _LEAST_LOOKS and glances[-1].sure(tolerance_mm) >= _SURE:
+        if len(same_side) >= _LEAST_LOOKS and glances[-1].sure(tolerance_mm) >= sure:
             here = np.asarray(np.linalg.inv(reported) @ expected, float)
             return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
-    return Servoed(False, _why(glances, burr, tolerance_mm), tuple(glances), None)
+    return Servoed(False, _why(glances, burr, tolerance_mm, sure), tuple(glances), None)
 
 
-def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
+def _why(glances: list[Glance], burr: Burr, tolerance_mm: float, sure: float) -> str:
     last = glances[-1]
     if last.T_base_burr is None:
         return last.why or f"look {len(glances)} finds no {burr.side} near its place"
@@ -200,7 +224,7 @@ def _why(glances: list[Glance], burr: Burr, tolerance_mm: float) -> str:
         return f"{len(glances)} looks leave the mill {last.tilt_deg:.1f} degrees from upright"
     return (
         f"{len(glances)} looks leave {across:.3f} ± {last.off_sigma_mm:.3f} mm across the burr and "
-        f"{normal:.3f} mm along its normal; wanted was to be within {tolerance_mm:g}, {_SURE:.0%} sure"
+        f"{normal:.3f} mm along its normal; wanted was to be within {tolerance_mm:g}, {sure:.0%} sure"
     )
 
 
@@ -278,12 +302,20 @@ def move_tool(
     raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")
 
 
-def _look(station: Station, pipeline: Pipeline | None) -> tuple[Outcome | None, str]:
+def _scanning(station: Station, burr: Burr, pipeline: Pipeline | None) -> Finder:
     """What the scanner sees, or why there is no surface of revolution in it."""
-    try:
-        return run(station.scanner, of_several(pipeline)), ""
-    except InputError as error:
-        return None, str(error)
+    rig = station.scanner.rig
+    pixel_mm = station.standoff_mm / rig.camera.fx
+
+    def find(T_camera_burr: Floats, gate_mm: float) -> Finding:
+        try:
+            outcome = run(station.scanner, of_several(pipeline))
+        except InputError as error:
+            return Finding(None, None, str(error))
+        seen = tracked(outcome, burr, T_camera_burr, rig=rig, gate_mm=gate_mm, pixel_mm=pixel_mm)
+        return Finding(seen, outcome)
+
+    return find
 
 
 def _off(
