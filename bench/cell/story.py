@@ -19,7 +19,6 @@ from bench.score.part import MeshEvidence, MeshTruth
 from bench.score.shape import axis_deg
 from burrscan.arrays import Floats, Ints32
 from burrscan.cell.choices import POSTURES_DEG
-from burrscan.cell.look import Look
 from burrscan.cell.loop import Progress, inspection_of, look_around
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.removal import mill, path_of, verify
@@ -99,7 +98,7 @@ def told(
     cell = SimulatedCell(case.scene, case.cell, identity=identity, cache_dir=cache_dir)
     station = cell.station()
     scores: list[LookScore] = []
-    T_part_first = None
+    T_looks_part: list[Floats] = []
     progress: Progress | None = None
     for progress in look_around(
         station,
@@ -110,15 +109,19 @@ def told(
         burrs=case.task.expected_burrs,
         seed=identity[0] if identity else 0,
     ):
-        if T_part_first is None:
-            T_part_first = np.asarray(np.linalg.inv(cell.T_camera_part), float)
-        scores.append(_scored(progress, cell, T_part_first))
+        T_looks_part.append(np.array(cell.T_camera_part))
+        scores.append(_scored(progress, cell, T_looks_part))
         said(_sentence(progress, scores[-1]))
-    if progress is None or T_part_first is None:
+    if progress is None:
         raise InputError("the cell made no look")
     vertices, faces, inspection = _merged(progress)
-    truth = _truth(progress, cell, T_part_first)
-    before = CellEvidence(truth, inspection, looks=tuple(scores), most=case.task.looks)
+    looks = tuple(
+        replace(score, joined_deg=angle)
+        for score, angle in zip(scores, _joined_deg(progress, T_looks_part), strict=True)
+    )
+    before = CellEvidence(
+        _truth(progress, cell, T_looks_part[0]), inspection, looks=looks, most=case.task.looks
+    )
     removals, pictures = _removed(case, cell, station, before, pipeline, said)
     evidence = replace(before, removals=tuple(removals))
     document = _document(case, evidence, progress)
@@ -152,12 +155,13 @@ def _paths(case: CellCase, station: Station, inspection: Inspection) -> tuple[To
     return tuple(paths)
 
 
-def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> LookScore:
-    evidence = MeshEvidence(_truth(progress, cell, T_part_first), inspection_of(progress))
+def _scored(progress: Progress, cell: SimulatedCell, T_looks_part: list[Floats]) -> LookScore:
+    evidence = MeshEvidence(_truth(progress, cell, T_looks_part[0]), inspection_of(progress))
     look = progress.looks[-1]
     choice = progress.choices[look.choice]
     elevation, roll = POSTURES_DEG[choice.arm]
     matching = evidence.matching
+    alone = look.outcome and look.outcome.inspection.axis.direction
     return LookScore(
         turn_deg=choice.turn_deg,
         elevation_deg=elevation,
@@ -167,24 +171,40 @@ def _scored(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> Lo
         found=sum(piece >= 0 for piece in matching.best) / max(len(matching.best), 1),
         false_calls=float(sum(owner < 0 for owner in matching.match)),
         axis_deg=axis_deg(evidence),
-        single_deg=_single_deg(look, cell),
+        single_deg=90.0 if alone is None else _off_deg(T_looks_part[-1], alone),
     )
 
 
-def _single_deg(look: Look, cell: SimulatedCell) -> float:
-    """Error of the axis that this look alone found."""
-    if look.outcome is None:
-        return 90.0
-    turn = cell.T_camera_part[:3, 2] @ look.outcome.inspection.axis.direction
-    return float(np.degrees(np.arccos(np.clip(abs(turn), 0.0, 1.0))))
+def _joined_deg(progress: Progress, T_looks_part: list[Floats]) -> list[float]:
+    """Error of the axis of all looks in the frame of each look that was scored; NaN for one with no result.
+
+    The looks before the first one with a result are not scored.
+    """
+    joint = progress.fused.joint
+    poses = iter(joint.T_world_camera)
+    scored = progress.looks[-len(T_looks_part) :]
+    return [
+        _off_deg(T_camera_part, next(poses)[:3, :3].T @ joint.axis.direction)
+        if look.outcome is not None
+        else float("nan")
+        for look, T_camera_part in zip(scored, T_looks_part, strict=True)
+    ]
 
 
-def _truth(progress: Progress, cell: SimulatedCell, T_part_first: Floats) -> MeshTruth:
+def _off_deg(T_camera_part: Floats, direction: Floats) -> float:
+    """Angle between a direction of the camera's frame and the part's true axis; its sense is void.
+
+    The cross product, not the cosine, keeps the digits of a small one.
+    """
+    true = T_camera_part[:3, 2]
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(true, direction)), abs(true @ direction))))
+
+
+def _truth(progress: Progress, cell: SimulatedCell, T_first_part: Floats) -> MeshTruth:
     """The part in the frame that the looks settled on, by the true pose of the first look that counted."""
     settled = progress.fused.joint.T_world_camera[0]
-    return MeshTruth(
-        T_part_first @ np.linalg.inv(settled), cell.wheel.generatrix_zr_mm, cell.wheel.burrs, None
-    )
+    T_part_mesh = np.asarray(np.linalg.inv(settled @ T_first_part), float)
+    return MeshTruth(T_part_mesh, cell.wheel.generatrix_zr_mm, cell.wheel.burrs, None)
 
 
 def _merged(progress: Progress) -> tuple[Floats, Ints32, Inspection]:
@@ -242,11 +262,10 @@ def _remove(
         return score, {}
     shots = {"before": _crop(station, last, reached.burr.T_mesh_burr)}
     path = path_of(reached, radius_mm=case.cell.mill.radius_mm)
-    here = reached.glances[-1].T_base_camera @ np.linalg.inv(station.T_flange_camera)
     mill(station, path, roll_deg=reached.roll_deg)
-    station.arm.move(here)
-    after = verify(station, reached.burr, reached.burr.T_mesh_burr, pipeline=pipeline)
-    shots["after"] = _crop(station, after.outcome, reached.burr.T_mesh_burr)
+    after = verify(station, reached, pipeline=pipeline)
+    if after.outcome is not None:
+        shots["after"] = _crop(station, after.outcome, after.site.T_camera_burr)
     score = replace(
         score,
         covered=path.covered,

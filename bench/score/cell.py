@@ -28,9 +28,12 @@ class LookScore:
     false_calls
         Calls that are no burr.
     axis_deg
-        Error of the axis from all looks so far.
+        Error of the axis from all looks so far, in the first look's frame.
     single_deg
-        And from this look alone.
+        And from this look alone, in its own.
+    joined_deg
+        And in this look's own frame what all the looks of the run say of it in the end; NaN for a look that
+        found no surface of revolution.
 
     """
 
@@ -43,6 +46,7 @@ class LookScore:
     false_calls: float
     axis_deg: float
     single_deg: float
+    joined_deg: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -115,9 +119,12 @@ def found_by_look(evidence: CellEvidence) -> float:
 
 
 def axis_gain(evidence: CellEvidence) -> float:
-    """Error of the axis from all looks over that of the best single look: below 1 where joining helps."""
-    best = min(look.single_deg for look in evidence.looks)
-    return evidence.looks[-1].axis_deg / best if best > 0.0 else math.nan
+    """Error of the axis from all looks over that of the luckiest single one, both in the latter's frame.
+
+    Below 1 where joining helps. In another look's frame the arm's part in where that one stood would count.
+    """
+    best = min(evidence.looks, key=lambda look: look.single_deg)
+    return best.joined_deg / best.single_deg if best.single_deg > 0.0 else math.nan
 
 
 def servo_converged(evidence: CellEvidence) -> float:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, freeze
-from burrscan.cell.servo import Servoed, at_roll
+from burrscan.cell.positioner import OutOfReachError
+from burrscan.cell.servo import Glance, Servoed, at_roll
 from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.errors import InputError
@@ -19,6 +20,9 @@ _PATCH_MM = 1.5
 """Side of the patches whose mean deviation is judged: a pixel is 0.2 to 0.6 mm, its noise some hundredths."""
 _LEAST = 4
 """Points that a patch needs."""
+_ENOUGH = 0.5
+"""Share of the patches that a look must measure to speak for the place: where it measures less the mill left a
+mirror, and from the other end light comes back another way."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +32,20 @@ class Verified:
     Parameters
     ----------
     residual_mm
-        The highest patch over the fitted surface, less than nothing where the place is all below it.
+        The highest patch over the fitted surface, less than nothing where the place is all below it; NaN
+        where nothing of the place was measured.
     gouge_mm
-        The deepest patch under it.
+        The deepest patch under it, likewise.
     measured
         Share of the place's patches that the look measured.
     called
         Whether a protrusion is still called there.
+    site
+        The place in the look's frame.
     outcome
-        Of the look.
+        Of the look; None where it shows no surface of revolution.
+    why
+        What the pipeline said then.
 
     """
 
@@ -44,12 +53,14 @@ class Verified:
     gouge_mm: Value
     measured: float
     called: bool
-    outcome: Outcome
+    site: Site
+    outcome: Outcome | None
+    why: str = ""
 
 
 @dataclass(frozen=True)
 class Site:
-    """The place of a burr in the frame of a look: pose, and half its extent along and across."""
+    """The place of a burr in the frame of a look: pose, and half its extent along and across, mm."""
 
     T_camera_burr: Floats
     half_mm: tuple[float, float]
@@ -106,30 +117,63 @@ def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
     station.arm.move(at_roll(path.above(path.last), roll_deg) @ T_tool_flange)
 
 
-def verify(
-    station: Station, burr: Burr, T_camera_burr: Floats, *, pipeline: Pipeline | None = None
-) -> Verified:
-    """Look at the place from where the camera is, and judge it.
+def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = None) -> Verified:
+    """Look at the place of a burr that was milled, and judge it.
+
+    The arm goes back to where the servo's last look was made. Where less than half of the place is measured
+    from there, it looks from the other end of the burr too, if it can, and what measures more of the place is
+    returned. The arm is off by another error there: the place is larger by two standard deviations of it.
 
     Parameters
     ----------
     station
-        Its arm stands where the place is in sight.
-    burr
-        As it was.
-    T_camera_burr
-        (4, 4) where its place is in this look.
+        The cell; its table has not been turned since.
+    servoed
+        How the burr was reached.
     pipeline
-        Of the look.
+        Of the looks.
+
+    Raises
+    ------
+    InputError
+        When the servo did not converge.
+    burrscan.cell.positioner.OutOfReachError
+        When the arm cannot go back.
 
     """
-    outcome = run(station.scanner, pipeline or Pipeline())
+    if not servoed.converged or servoed.burr is None:
+        raise InputError(f"there is no place to look at: {servoed.why}")
+    here = servoed.glances[-1]
+    first = _seen(station, servoed.burr, here, roll_deg=0.0, pipeline=pipeline)
+    if first.measured >= _ENOUGH:
+        return first
+    try:
+        other = _seen(station, servoed.burr, here, roll_deg=180.0, pipeline=pipeline)
+    except OutOfReachError:
+        return first
+    return max(first, other, key=lambda one: one.measured)
+
+
+def _seen(
+    station: Station, burr: Burr, glance: Glance, *, roll_deg: float, pipeline: Pipeline | None
+) -> Verified:
+    """What a look says from where another was made, turned about the mill."""
+    T_base_tool = np.asarray(glance.T_base_camera @ station.T_camera_tool, float)
+    flange = station.arm.move(at_roll(T_base_tool, roll_deg) @ np.linalg.inv(station.T_flange_tool))
+    T_camera_base = np.linalg.inv(flange @ station.T_flange_camera)
+    sheet = station.arm.sheet
+    swing = 2.0 * np.hypot(sheet.offset_mm, station.lever_mm * np.radians(sheet.offset_deg))
+    more = float(swing) if roll_deg else 0.0
     half = (
-        0.5 * burr.length_mm.value,
-        0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0),
+        0.5 * burr.length_mm.value + more,
+        0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0) + more,
     )
-    site = Site(T_camera_burr, half)
-    return judged(outcome, site)
+    site = Site(np.asarray(T_camera_base @ glance.T_base_camera @ burr.T_mesh_burr, float), half)
+    try:
+        return judged(run(station.scanner, pipeline or Pipeline()), site)
+    except InputError as error:
+        nothing = Value(float("nan"), float("nan"))
+        return Verified(nothing, nothing, 0.0, called=False, site=site, outcome=None, why=str(error))
 
 
 def judged(outcome: Outcome, site: Site) -> Verified:
@@ -149,13 +193,14 @@ def judged(outcome: Outcome, site: Site) -> Verified:
     sigma = np.sqrt(variance[known]) / count[known]
     if not known.any():
         nothing = Value(float("nan"), float("nan"))
-        return Verified(nothing, nothing, 0.0, _called(outcome.inspection, site), outcome)
+        return Verified(nothing, nothing, 0.0, _called(outcome.inspection, site), site, outcome)
     high, low = int(np.argmax(mean)), int(np.argmin(mean))
     return Verified(
         Value(float(mean[high]), float(sigma[high])),
         Value(float(-mean[low]), float(sigma[low])),
         float(known.mean()),
         _called(outcome.inspection, site),
+        site,
         outcome,
     )
 

@@ -42,10 +42,12 @@ _TINY: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _look(found: float, *, axis_deg: float = 0.01, single_deg: float = 0.02, left: float = 0.1) -> LookScore:
+def _look(
+    found: float, *, single_deg: float = 0.02, joined_deg: float = 0.01, left: float = 0.1
+) -> LookScore:
     return LookScore(
-        0.0, 32.0, 90.0, coverage=0.5, left=left, found=found, false_calls=0.0, axis_deg=axis_deg,
-        single_deg=single_deg,
+        0.0, 32.0, 90.0, coverage=0.5, left=left, found=found, false_calls=0.0, axis_deg=1.0,
+        single_deg=single_deg, joined_deg=joined_deg,
     )  # fmt: skip
 
 
@@ -87,8 +89,12 @@ def test_the_area_under_the_curve_of_looks() -> None:
     assert math.isnan(made["coverage"])  # that of a scan is none of a cell
 
 
-def test_the_axis_is_compared_with_the_best_single_look() -> None:
-    looks = (_look(0.5, axis_deg=0.02, single_deg=0.02), _look(0.5, axis_deg=0.005, single_deg=0.04))
+def test_the_axis_is_compared_with_the_best_single_look_in_its_own_frame() -> None:
+    looks = (
+        _look(0.5, single_deg=0.04, joined_deg=0.08),
+        _look(0.5, single_deg=0.02, joined_deg=0.005),
+        _look(0.5, single_deg=90.0, joined_deg=math.nan),  # shows no surface of revolution
+    )
     assert measure(_evidence(looks))["axis_gain"] == pytest.approx(0.25)
 
 
@@ -125,6 +131,9 @@ def test_a_tiny_cell_from_end_to_end(tmp_path: Path) -> None:
     story = told(case, Pipeline(), identity=(1,), said=lines.append)
     evidence = story.evidence
     assert len(evidence.looks) == len(lines) == 2
+    # the world's frame is settled by the first look: in it the joint axis is off by what it is there
+    assert evidence.looks[0].joined_deg == pytest.approx(evidence.looks[1].axis_deg, rel=1e-6)
+    assert evidence.looks[1].joined_deg < 0.5
     made = measure(evidence)
     assert made["axis_deg"] < 0.5
     assert made["burr_found"] == 1.0

@@ -62,15 +62,19 @@ class World:
         part = self.T_base_plate @ self.T_plate_part
         return np.asarray(np.linalg.inv(part) @ self.T_base_flange @ self.T_camera_tool)
 
+    def relief(self, off_mm: Floats, z_mm: Floats) -> Floats:
+        """Heights over the drum, by the place across and along its axis; NaN where nothing is measured."""
+        return np.where(np.abs(z_mm - 20.0) < 5.0, np.clip(1.0 - np.abs(off_mm) / 0.75, 0.0, None), 0.0)
+
     def scan(self, _scanner: object, _pipeline: object) -> Any:
         """An outcome as the pipeline would give it, of the side that faces the camera."""
         self.looks += 1
         angle, z = np.meshgrid(np.pi + np.arange(-0.6, 0.6, 0.4 / RADIUS_MM), np.arange(0.2, 39.8, 0.4))
         angle += 0.4 / RADIUS_MM * z / 10.0  # rows of pixels cross the ridge at a slant
-        off = np.abs(angle - np.pi) * RADIUS_MM
-        ridge = np.where(np.abs(z - 20.0) < 5.0, np.clip(1.0 - off / 0.75, 0.0, None), 0.0)
-        radius = RADIUS_MM + ridge + self.noise_mm * self.rng.normal(size=ridge.shape)
+        relief = self.relief((angle - np.pi) * RADIUS_MM, z)
+        radius = RADIUS_MM + relief + self.noise_mm * self.rng.normal(size=relief.shape)
         part = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1).reshape(-1, 3)
+        part = part[np.isfinite(relief).ravel()]
         pose = np.linalg.inv(self.T_base_flange) @ self.T_base_plate @ self.T_plate_part
         points = part @ pose[:3, :3].T + pose[:3, 3]
         direction = pose[:3, :3] @ [0.0, 0.0, 1.0]
