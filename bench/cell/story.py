@@ -161,7 +161,7 @@ def _scored(progress: Progress, cell: SimulatedCell, T_looks_part: list[Floats])
     choice = progress.choices[look.choice]
     elevation, roll = POSTURES_DEG[choice.arm]
     matching = evidence.matching
-    alone = look.outcome and look.outcome.inspection.axis.direction
+    alone = None if look.outcome is None else look.outcome.inspection.axis.direction
     return LookScore(
         turn_deg=choice.turn_deg,
         elevation_deg=elevation,

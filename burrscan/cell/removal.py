@@ -21,8 +21,8 @@ _PATCH_MM = 1.5
 _LEAST = 4
 """Points that a patch needs."""
 _ENOUGH = 0.5
-"""Share of the patches that a look must measure to speak for the place: where it measures less the mill left a
-mirror, and from the other end light comes back another way."""
+"""Share of the patches that a look must measure to speak for the place: where it measures less, the mill left
+a mirror, and from the other end light comes back another way."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ _FINE_MM = 0.15
 _NEAR_MM = 6.0
 """Of a burr's length around the mill that its middle is taken over."""
 _SLICE_MM = 0.5
-"""Of its length whose outline has one middle."""
+"""Between sections of its outline."""
 _BESIDE_MM = 1.0
 """Around a burr's extent that counts as its place."""
 
@@ -74,16 +74,26 @@ def base_pose(wheel: Wheel, number: int) -> Floats:
 
 
 def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
-    """Angle, rad, of the middle of a burr's outline within a few millimetres of a place along the axis."""
+    """Angle, rad, of the middle of a burr's outline within a few millimetres of a place along the axis.
+
+    The outline is that of sections: corners of facets lie where the mesher put them, on one flank or the other.
+    """
     burr = wheel.burrs[number]
-    points = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]].reshape(-1, 3)
-    near = np.abs(points[:, 2] - np.clip(z_mm, burr.z_start_mm, burr.z_end_mm)) < _NEAR_MM
-    points = points[near] if near.any() else points
-    angle = np.radians(burr.angle_deg)
-    away = np.angle(np.exp(1j * (np.arctan2(points[:, 1], points[:, 0]) - angle)))
-    slices = np.floor(points[:, 2] / _SLICE_MM).astype(np.int64)
-    middles = [0.5 * (away[slices == each].min() + away[slices == each].max()) for each in np.unique(slices)]
-    return float(angle + np.mean(middles))
+    corners = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]]
+    start, end = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
+    low, high = max(burr.z_start_mm, z_mm - _NEAR_MM), min(burr.z_end_mm, z_mm + _NEAR_MM)
+    if low >= high:  # beyond its end
+        low, high = burr.z_start_mm, burr.z_end_mm
+    middles = []
+    for level in np.arange(low + 0.5 * _SLICE_MM, high, _SLICE_MM):
+        crossing = (start[:, 2] - level) * (end[:, 2] - level) < 0.0
+        one, other = start[crossing], end[crossing]
+        share = (level - one[:, 2]) / (other[:, 2] - one[:, 2])
+        x, y = (one + share[:, None] * (other - one))[:, :2].T
+        away = np.angle(np.exp(1j * (np.arctan2(y, x) - np.radians(burr.angle_deg))))
+        if away.size:
+            middles.append(0.5 * (away.min() + away.max()))
+    return float(np.radians(burr.angle_deg) + (np.mean(middles) if middles else 0.0))
 
 
 def left_of(wheel: Wheel, before: Wheel, burr: TrueBurr) -> Left:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -178,6 +180,31 @@ def test_where_the_mill_is_over_a_burr() -> None:
     moved = pose.copy()
     moved[:3, 3] += 0.3 * np.array([-np.sin(np.radians(20.0)), np.cos(np.radians(20.0)), 0.0])
     assert tool_over(moved, wheel, 0)[0] == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize(("height_mm", "facet_error_mm"), [(0.8, 0.05), (1.5, 0.005), (0.4, 0.05)])
+def test_the_middle_of_a_plain_ridge_is_its_angle_wherever_the_mill_stands(
+    height_mm: float, facet_error_mm: float
+) -> None:
+    """Corners of large facets, which lie on one flank or the other, once moved it by a twentieth of a mm."""
+    ridge = replace(_RIDGE, height_mm=height_mm)
+    wheel = build_wheel(_DRUM, [ridge], facet_error_mm=facet_error_mm)
+    for z in np.arange(5.5, 15.0, 0.37):
+        pose = _poses(7.0)[5].copy()
+        pose[2, 3] = z
+        assert tool_over(pose, wheel, 0)[0] == pytest.approx(0.0, abs=0.001)
+
+
+def test_a_curled_burrs_middle_is_that_of_its_outline() -> None:
+    rolled = replace(_RIDGE, section="rolled")
+    wheel = build_wheel(_DRUM, [rolled])
+    shape = trimesh.Trimesh(wheel.vertices_mm, wheel.faces[wheel.face_burr == 0], process=False)
+    section = np.asarray(shape.section([0.0, 0.0, 1.0], [0.0, 0.0, 10.1]).vertices)
+    turn = np.degrees(np.arctan2(section[:, 1], section[:, 0]))
+    pose = _poses(7.0)[5].copy()
+    pose[2, 3] = 10.0
+    apart = np.radians(20.0 - 0.5 * (turn.min() + turn.max())) * 47.0
+    assert tool_over(pose, wheel, 0)[0] == pytest.approx(apart, abs=0.02)
 
 
 def test_the_ideal_surface_is_what_truth_counts_from() -> None:
