@@ -76,7 +76,7 @@ def base_pose(wheel: Wheel, number: int) -> Floats:
 def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
     """Angle, rad, of the middle of a burr's outline within a few millimetres of a place along the axis.
 
-    The outline is that of sections: corners of facets lie where the mesher put them, on one flank or the other.
+    The outline is that of sections: corners of facets lie where the mesher put them, on one flank or other.
     """
     burr = wheel.burrs[number]
     corners = wheel.vertices_mm[wheel.faces[wheel.face_burr == number]]
