@@ -8,9 +8,11 @@ from bench.reproduction.lab import DEFAULT, SEED, Lab
 from bench.reproduction.parts import Claim, Numbers, Section, Table
 from bench.reproduction.scenery import paper_scene
 from burrscan.arrays import Floats
-from burrscan.cell.servo import facing_turn, move_tool, servo
+from burrscan.cell.servo import servo
 from burrscan.cell.station import turned
 from burrscan.cell.toolpath import lift
+from burrscan.cell.toolpose import move_tool
+from burrscan.cell.turning import facing_turn
 from burrscan.inspection import Burr, Value
 from burrscan.pipeline import Pipeline
 from scenes.cell.spec import CellSpec

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, freeze
 from burrscan.cell.positioner import OutOfReachError
-from burrscan.cell.servo import Glance, Servoed, at_roll
+from burrscan.cell.servo import Servoed
 from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
+from burrscan.cell.toolpose import at_roll
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Inspection, Value
 from burrscan.pipeline import Outcome, Pipeline, run
@@ -85,11 +86,11 @@ def path_of(servoed: Servoed, *, radius_mm: float) -> ToolPath:
 
     """
     last = servoed.glances[-1] if servoed.glances else None
-    if not servoed.converged or servoed.burr is None or last is None or last.outcome is None:
+    if servoed.burr is None or servoed.T_base_mesh is None or last is None or last.outcome is None:
         raise InputError(f"the mill is not over the burr: {servoed.why}")
     found = last.outcome.inspection
     return tool_path(servoed.burr, axis=found.axis, generatrix=found.generatrix, radius_mm=radius_mm).placed(
-        last.T_base_camera
+        servoed.T_base_mesh
     )
 
 
@@ -141,24 +142,25 @@ def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = No
         When the arm cannot go back.
 
     """
-    if not servoed.converged or servoed.burr is None:
+    if servoed.burr is None or servoed.T_base_mesh is None:
         raise InputError(f"there is no place to look at: {servoed.why}")
-    here = servoed.glances[-1]
-    first = _seen(station, servoed.burr, here, roll_deg=0.0, pipeline=pipeline)
+    eye = servoed.glances[-1].T_base_camera
+    burr = replace(servoed.burr, T_mesh_burr=servoed.T_base_mesh @ servoed.burr.T_mesh_burr)
+    first = _seen(station, burr, eye, roll_deg=0.0, pipeline=pipeline)
     if first.measured >= _ENOUGH:
         return first
     try:
-        other = _seen(station, servoed.burr, here, roll_deg=180.0, pipeline=pipeline)
+        other = _seen(station, burr, eye, roll_deg=180.0, pipeline=pipeline)
     except OutOfReachError:
         return first
     return max(first, other, key=lambda one: one.measured)
 
 
 def _seen(
-    station: Station, burr: Burr, glance: Glance, *, roll_deg: float, pipeline: Pipeline | None
+    station: Station, burr: Burr, T_base_camera: Floats, *, roll_deg: float, pipeline: Pipeline | None
 ) -> Verified:
-    """What a look says from where another was made, turned about the mill."""
-    T_base_tool = np.asarray(glance.T_base_camera @ station.T_camera_tool, float)
+    """What a look from a pose, turned about the mill, says of a burr's place; its frame is the base's."""
+    T_base_tool = np.asarray(T_base_camera @ station.T_camera_tool, float)
     flange = station.arm.move(at_roll(T_base_tool, roll_deg) @ np.linalg.inv(station.T_flange_tool))
     T_camera_base = np.linalg.inv(flange @ station.T_flange_camera)
     sheet = station.arm.sheet
@@ -168,7 +170,7 @@ def _seen(
         0.5 * burr.length_mm.value + more,
         0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0) + more,
     )
-    site = Site(np.asarray(T_camera_base @ glance.T_base_camera @ burr.T_mesh_burr, float), half)
+    site = Site(np.asarray(T_camera_base @ burr.T_mesh_burr, float), half)
     try:
         return judged(run(station.scanner, pipeline or Pipeline()), site)
     except InputError as error:

@@ -3,26 +3,28 @@
 The scanner and the mill sit on one flange, so a look sees the burr where the mill will be: what it measures
 is the error itself, whatever the arm, the table and whoever bumped into the part have done. The arm need only
 make small moves well, which it does: its error of accuracy is nearly the same for poses near to each other
-(Hutchinson, Hager & Corke, A tutorial on visual servo control, 1996: position-based, look-then-move).
+(Hutchinson, Hager & Corke, A tutorial on visual servo control, 1996: position-based, look-then-move). But it
+scatters in each move, by about what is wanted; so once the mill stands upright at its height the arm stays,
+and what is left across the burr the table turns away, which acts over the part's radius only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 from scipy.special import ndtr
 
 from burrscan.arrays import Floats, freeze
 from burrscan.cell.look import of_several
-from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.sightings import Sighting, place_now, place_to_go
 from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import lift
+from burrscan.cell.toolpose import move_tool
 from burrscan.cell.track import Tracked, tracked
+from burrscan.cell.turning import facing_turn, turn_across
 from burrscan.errors import InputError
 from burrscan.inspection import Burr
 from burrscan.pipeline import Outcome, Pipeline, run
@@ -36,14 +38,13 @@ the first."""
 _LEAST_LOOKS = 2
 """A look does not see what all its points err by; two from different poses do."""
 _SURE = 0.7
-"""Probability of being within the tolerance from which it is not worth another move, which may take the mill
-out of it again: where a look knows the place to 0.025 to 0.045 mm and a move scatters by as much, as many
-stop within 0.05 mm in four looks as with any other (``bench.experiments.servo_bound``)."""
+"""Probability of being within the tolerance that is asked for in the end: where a look knows the place to
+0.025 to 0.045 mm and a move scatters by as much, as many stop within 0.05 mm in four looks as with any other
+(``bench.experiments.servo_bound``)."""
+_SURE_SOON = 0.95
+"""And from which no look that is left is made, where the arm need not move for it."""
 _SQUARE_DEG = 0.5
 """The mill stands upright within this: over its radius of 2 mm it is 0.017 mm."""
-_ROLLS_DEG = (0.0, 180.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)
-"""Turns of the flange about the mill, tried in this order: the mill is round, the scanner need not touch.
-The first two keep camera and projector in one plane along the burr."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +60,14 @@ class Glance:
     T_base_burr
         (4, 4) the burr as this look measured it; None where it was not found.
     off_mm
-        How far the mill was from where it should be, by this look and those before it from the same side:
-        across the burr, and along its normal.
+        How far the mill is from where it should be, by this look and those before it from the same side, the
+        table turned after it: across the burr, and along its normal.
     off_sigma_mm
         Standard deviation of the former.
     tilt_deg
         And its axis from the burr's normal.
+    turned_deg
+        By how much the table was turned after the look, for what it saw.
     outcome
         Of this look.
     why
@@ -78,12 +81,17 @@ class Glance:
     off_mm: tuple[float, float] = (np.nan, np.nan)
     off_sigma_mm: float = np.nan
     tilt_deg: float = np.nan
+    turned_deg: float = 0.0
     outcome: Outcome | None = None
     why: str = ""
 
+    def upright(self, tolerance_mm: float) -> bool:
+        """Whether the mill stands at its height, and upright."""
+        return abs(self.off_mm[1]) <= tolerance_mm and self.tilt_deg <= _SQUARE_DEG
+
     def sure(self, tolerance_mm: float) -> float:
         """Probability that the mill is within the tolerance across the burr; 0 if it is too high or leans."""
-        if not (abs(self.off_mm[1]) <= tolerance_mm and self.tilt_deg <= _SQUARE_DEG):
+        if not self.upright(tolerance_mm):
             return 0.0
         ends = (np.array([-tolerance_mm, tolerance_mm]) - self.off_mm[0]) / self.off_sigma_mm
         return float(np.diff(ndtr(ends))[0])
@@ -128,10 +136,12 @@ class Servoed:
     glances
         Every look.
     burr
-        The burr where all looks from the last side have it, its pose in the frame of the last one's camera:
+        The burr where all looks from the last side have it, its pose in the frame of the last one's mesh:
         where moves from here on are best sent to, which scatter as those did.
     roll_deg
         Turn of the flange about the mill.
+    T_base_mesh
+        (4, 4) where the last look's mesh is now that the table was turned.
 
     """
 
@@ -140,6 +150,10 @@ class Servoed:
     glances: tuple[Glance, ...]
     burr: Burr | None
     roll_deg: float = 0.0
+    T_base_mesh: Floats | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self, T_base_mesh=self.T_base_mesh)
 
 
 def servo(
@@ -170,7 +184,8 @@ def servo(
     most
         Looks at most.
     sure
-        At which probability to stop.
+        Least probability with which to say that it converged. Looks that the arm need not move for are made
+        until it is 0.95.
     pipeline
         Of the looks.
     find
@@ -182,9 +197,8 @@ def servo(
         When no pose is left in which the mill could stand there.
 
     """
-    turn = facing_turn(station, T_plate_burr)
-    plate = station.table.move(turned(station.T_base_plate, turn))
-    expected = plate @ T_plate_burr
+    table = _Table(station, facing_turn(station, T_plate_burr))
+    expected = table.T_base_plate @ T_plate_burr
     pixel_mm = station.standoff_mm / station.scanner.rig.camera.fx
     lever = station.lever_mm
     slant = float(np.degrees(np.arctan2(pixel_mm, burr.length_mm.value)))
@@ -192,27 +206,73 @@ def servo(
     glances: list[Glance] = []
     same_side: list[Sighting] = []
     rolls: tuple[float, ...] = ()
+    moves, stay = 0, False
+    reported, roll, height = np.eye(4), 0.0, HEIGHTS_MM[0]
     for _ in range(most):
         found = sum(glance.T_base_burr is not None for glance in glances)
-        height = HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
-        reported, roll = move_tool(station, lift(expected, height), rolls=rolls, slant_deg=slant)
+        if not stay:
+            moves, height = moves + 1, HEIGHTS_MM[min(found, len(HEIGHTS_MM) - 1)]
+            reported, roll = move_tool(station, lift(expected, height), rolls=rolls, slant_deg=slant)
         seen, outcome, why = find(np.asarray(np.linalg.inv(reported) @ expected, float), _GATE_MM[found > 0])
         if seen is None:
             glances.append(Glance(reported, height, outcome=outcome, why=why))
-            same_side = []
+            same_side, stay = [], False
             rolls = roll + 180.0, roll  # from its other end, if the arm can
             continue
         rolls = (roll,)
         measured = np.asarray(reported @ seen.burr.T_mesh_burr, float)
-        same_side.append(Sighting(measured, reported @ station.T_camera_tool, seen.across_sigma_mm))
+        flange = np.asarray(reported @ np.linalg.inv(station.T_flange_camera), float)
+        same_side.append(Sighting(measured, flange, seen.across_sigma_mm, moves))
         place, sigma = place_now(same_side, sheet=station.arm.sheet, lever_mm=lever)
         off, tilt = _off(station, reported, place, height)
-        glances.append(Glance(reported, height, measured, off, sigma, tilt, outcome))
+        glance = Glance(reported, height, measured, off, sigma, tilt, outcome=outcome)
+        swing, glance, stay = table.put_across(glance, place, tolerance_mm=tolerance_mm)
+        glances.append(glance)
+        same_side = [one._replace(T_base_burr=swing @ one.T_base_burr) for one in same_side]
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
-        if len(same_side) >= _LEAST_LOOKS and glances[-1].sure(tolerance_mm) >= sure:
-            here = np.asarray(np.linalg.inv(reported) @ expected, float)
-            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll)
+        enough = _SURE_SOON if stay and len(glances) < most else sure
+        if len(same_side) >= _LEAST_LOOKS and glance.sure(tolerance_mm) >= max(enough, sure):
+            T_base_mesh = np.asarray(swing @ reported, float)
+            here = np.asarray(np.linalg.inv(T_base_mesh) @ expected, float)
+            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll, T_base_mesh)
     return Servoed(False, _why(glances, burr, tolerance_mm, sure), tuple(glances), None)
+
+
+class _Table:
+    """The table as it stands, and what its small turns do."""
+
+    def __init__(self, station: Station, turn_deg: float) -> None:
+        self._station, self._turn_deg = station, turn_deg
+        self.T_base_plate = station.table.move(turned(station.T_base_plate, turn_deg))
+
+    def put_across(
+        self, glance: Glance, T_base_burr: Floats, *, tolerance_mm: float
+    ) -> tuple[Floats, Glance, bool]:
+        """Turn away what a glance has left across the burr, where the arm can stay for the rest.
+
+        Returns
+        -------
+        swing
+            (4, 4) what it did to the part, in the base frame.
+        glance
+            As things stand after it.
+        stay
+            Whether the arm can stay.
+
+        """
+        turn = turn_across(self.T_base_plate, T_base_burr, glance.off_mm[0], sheet=self._station.table.sheet)
+        if turn is None or not glance.upright(tolerance_mm):
+            return np.eye(4), glance, False
+        if abs(glance.off_mm[0]) < turn.sigma_mm:  # it would add more than it takes away
+            return np.eye(4), glance, True
+        self._turn_deg += turn.deg
+        before = self.T_base_plate
+        self.T_base_plate = self._station.table.move(turned(self._station.T_base_plate, self._turn_deg))
+        swing = np.asarray(self.T_base_plate @ np.linalg.inv(before), float)
+        off, tilt = _off(self._station, glance.T_base_camera, swing @ T_base_burr, glance.height_mm)
+        sigma = float(np.hypot(glance.off_sigma_mm, turn.sigma_mm))
+        after = replace(glance, off_mm=off, off_sigma_mm=sigma, tilt_deg=tilt, turned_deg=turn.deg)
+        return swing, after, True
 
 
 def _why(glances: list[Glance], burr: Burr, tolerance_mm: float, sure: float) -> str:
@@ -226,80 +286,6 @@ def _why(glances: list[Glance], burr: Burr, tolerance_mm: float, sure: float) ->
         f"{len(glances)} looks leave {across:.3f} ± {last.off_sigma_mm:.3f} mm across the burr and "
         f"{normal:.3f} mm along its normal; wanted was to be within {tolerance_mm:g}, {sure:.0%} sure"
     )
-
-
-def facing_turn(station: Station, T_plate_burr: Floats) -> float:
-    """The turn of the table that brings the burr to the arm's side, degrees."""
-    from_arm = -station.T_base_plate[:3, 3] @ station.T_base_plate[:3, :2]
-    arm = np.degrees(np.arctan2(from_arm[1], from_arm[0]))
-    normal = T_plate_burr[:2, 2]
-    at = normal if np.linalg.norm(normal) > 0.5 else T_plate_burr[:2, 3]
-    return float(arm - np.degrees(np.arctan2(at[1], at[0])))
-
-
-def tool_poses(
-    station: Station, T_base_tool: Floats, *, slant_deg: float = 0.0
-) -> Iterator[tuple[float, Floats]]:
-    """Turns about the mill's axis and poses of the flange that put the mill there, the upright ones first.
-
-    All are turned by ``slant_deg`` more: rows of pixels that cross a burr at a slant sample its section as
-    densely as there are rows (the slanted edge of ISO 12233), those along it at a few places only.
-    """
-    T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    upright = _upright_roll(station, T_base_tool) + slant_deg
-    for roll in _ROLLS_DEG:
-        yield upright + roll, at_roll(T_base_tool, upright + roll) @ T_tool_flange
-
-
-def at_roll(T_base_tool: Floats, roll_deg: float) -> Floats:
-    """(4, 4) a tool pose turned about its own z."""
-    turn = np.eye(4)
-    turn[:3, :3] = Rotation.from_euler("z", roll_deg, degrees=True).as_matrix()
-    return np.asarray(T_base_tool @ turn)
-
-
-def _upright_roll(station: Station, T_base_tool: Floats) -> float:
-    """The turn about the mill that has the camera highest above its own place in the mill's frame."""
-    camera = np.linalg.inv(station.T_camera_tool)[:3, 3]
-    wanted = T_base_tool[:3, :3].T @ np.array([0.0, 0.0, 1.0])
-    if np.hypot(wanted[0], wanted[1]) < 1e-3:
-        wanted = T_base_tool[:3, :3].T @ -T_base_tool[:3, 3]
-    return float(np.degrees(np.arctan2(wanted[1], wanted[0]) - np.arctan2(camera[1], camera[0])))
-
-
-def move_tool(
-    station: Station, T_base_tool: Floats, *, rolls: Sequence[float] = (), slant_deg: float = 0.0
-) -> tuple[Floats, float]:
-    """Bring the tool there, at the first roll about itself that the arm can reach without touching.
-
-    Those of ``rolls`` are tried in their order; without any all that there are (:func:`tool_poses`).
-
-    Returns
-    -------
-    tuple
-        (4, 4) ``T_base_camera`` as reported, and the roll.
-
-    Raises
-    ------
-    OutOfReachError
-        When the arm can stand there in no pose.
-
-    """
-    said = ""
-    T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    tries = (
-        ((roll, at_roll(T_base_tool, roll) @ T_tool_flange) for roll in rolls)
-        if rolls
-        else tool_poses(station, T_base_tool, slant_deg=slant_deg)
-    )
-    for angle, flange in tries:
-        try:
-            reported = station.arm.move(flange)
-        except OutOfReachError as error:
-            said = said or str(error)
-            continue
-        return np.asarray(reported @ station.T_flange_camera), angle
-    raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")
 
 
 def _scanning(station: Station, burr: Burr, pipeline: Pipeline | None) -> Finder:

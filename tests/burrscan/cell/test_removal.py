@@ -47,7 +47,7 @@ class Mirror(Milled):
 def _servoed(world: World, *, up: bool = True) -> Servoed:
     """The mill 8 mm over the burr, the camera's x axis along it, upwards or downwards; a perfect servo."""
     target = burr(180.0)
-    T_base_burr = np.asarray(world.T_base_plate @ target.T_mesh_burr, float)
+    T_base_burr = np.asarray(world.T_base_home @ target.T_mesh_burr, float)
     T_base_tool = T_base_burr.copy()
     T_base_tool[:3, 3] += 8.0 * T_base_burr[:3, 2]
     # the mill's x axis points against the camera's
@@ -56,7 +56,7 @@ def _servoed(world: World, *, up: bool = True) -> Servoed:
     near = np.asarray(np.linalg.inv(camera) @ T_base_burr, float)
     place = burr(180.0)
     object.__setattr__(place, "T_mesh_burr", near)
-    return Servoed(True, "", (Glance(camera, 8.0, T_base_burr),), place)
+    return Servoed(True, "", (Glance(camera, 8.0, T_base_burr),), place, T_base_mesh=camera)
 
 
 def _verified(world: World, servoed: Servoed, monkeypatch: pytest.MonkeyPatch) -> Any:

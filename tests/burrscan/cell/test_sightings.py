@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import PositionerSheet
@@ -26,7 +27,10 @@ def _runs(count: int, *, own: float, looks: int) -> list[tuple[list[Sighting], f
     runs = []
     for _ in range(count):
         moved = _SCATTER_MM * rng.normal(size=looks)
-        sights = [Sighting(_pose(m + own * rng.normal()), _pose(0.0, height=8.0), own) for m in moved]
+        sights = [
+            Sighting(_pose(m + own * rng.normal()), _pose(0.0, height=8.0), own, number)
+            for number, m in enumerate(moved)
+        ]
         runs.append((sights, float(moved[-1])))
     return runs
 
@@ -37,7 +41,7 @@ def _joined(sights: list[Sighting]) -> tuple[float, float, float]:
 
 
 def test_one_look_is_what_it_says() -> None:
-    now, sigma, go = _joined([Sighting(_pose(0.3), _pose(0.0), 0.02)])
+    now, sigma, go = _joined([Sighting(_pose(0.3), _pose(0.0), 0.02, 0)])
     assert (now, go) == (0.3, 0.3)
     assert np.isclose(sigma, 0.02)
 
@@ -62,11 +66,36 @@ def test_where_the_mill_stands_is_for_the_last_look_to_say_and_where_to_go_for_a
 
 
 def test_looks_that_disagree_make_it_less_sure() -> None:
-    apart = [Sighting(_pose(y), _pose(0.0), 0.01) for y in (0.0, 0.6, -0.5)]
+    apart = [Sighting(_pose(y), _pose(0.0), 0.01, n) for n, y in enumerate((0.0, 0.6, -0.5))]
     assert _joined(apart)[1] > 0.03
 
 
+def test_looks_after_one_move_share_its_error_and_half_of_their_own() -> None:
+    own = 0.06
+    first = Sighting(_pose(0.0), _pose(0.0), own, 0)
+    alone = place_now([first], sheet=_SHEET, lever_mm=_LEVER_MM)[1]
+    same = place_now([first, first], sheet=_SHEET, lever_mm=_LEVER_MM)[1]
+    other = place_now([first, first._replace(move=1)], sheet=_SHEET, lever_mm=_LEVER_MM)[1]
+    assert same == pytest.approx(alone * np.sqrt(0.75))  # no move between; a correlation of one half
+    assert other == pytest.approx((own**-2.0 + 1.0 / (own**2 + 2.0 * _SCATTER_MM**2)) ** -0.5)
+    # where to go next the error of one move is not averaged away by looking twice
+    apart = first._replace(T_base_burr=_pose(0.3), move=1)
+    go = place_to_go([first, first, first, apart], sheet=_SHEET, lever_mm=_LEVER_MM)[1, 3]
+    assert 0.3 * 0.25 < go < 0.3 * 0.5
+
+
+def test_a_flange_that_swings_about_the_mill_has_another_error() -> None:
+    """Its place was taken for the mill's, which stands still while the flange goes 70 mm."""
+    swung = _pose(0.0)
+    swung[:3, :3] = Rotation.from_euler("x", 8.0, degrees=True).as_matrix()
+    swung[:3, 3] = 0.0, -_LEVER_MM * np.sin(np.radians(8.0)), 0.0
+    swung_look = Sighting(_pose(0.4), swung, 0.02, 0)
+    near_look = Sighting(_pose(0.4), _pose(0.0), 0.02, 0)
+    last = Sighting(_pose(0.0), _pose(0.0), 0.02, 1)
+    assert _joined([swung_look, last])[2] < 0.5 * _joined([near_look, last])[2]
+
+
 def test_a_look_from_far_away_says_little() -> None:
-    far, near = (Sighting(_pose(0.4), _pose(0.0, height=h), 0.02) for h in (150.0, 9.0))
-    last = Sighting(_pose(0.0), _pose(0.0, height=8.0), 0.02)
+    far, near = (Sighting(_pose(0.4), _pose(0.0, height=h), 0.02, 0) for h in (150.0, 9.0))
+    last = Sighting(_pose(0.0), _pose(0.0, height=8.0), 0.02, 1)
     assert abs(_joined([far, last])[0]) < 0.01 < abs(_joined([near, last])[0])
