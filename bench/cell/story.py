@@ -150,6 +150,7 @@ def _paths(case: CellCase, station: Station, inspection: Inspection) -> tuple[To
                 axis=inspection.axis,
                 generatrix=inspection.generatrix,
                 radius_mm=case.cell.mill.radius_mm,
+                scatter_mm=station.plunge_mm,
             )
             paths.append(path.placed(station.T_base_plate))
     return tuple(paths)
@@ -261,7 +262,7 @@ def _remove(
     if not reached.converged or reached.burr is None or last is None:
         return score, {}
     shots = {"before": _crop(station, last, reached.burr.T_mesh_burr)}
-    path = path_of(reached, radius_mm=case.cell.mill.radius_mm)
+    path = path_of(station, reached, radius_mm=case.cell.mill.radius_mm)
     mill(station, path, roll_deg=reached.roll_deg)
     after = verify(station, reached, pipeline=pipeline)
     if after.outcome is not None:

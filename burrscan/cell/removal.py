@@ -76,8 +76,8 @@ class Site:
         return over, local[:, :2]
 
 
-def path_of(servoed: Servoed, *, radius_mm: float) -> ToolPath:
-    """The path over a burr that the servo has reached, in the frame of the base.
+def path_of(station: Station, servoed: Servoed, *, radius_mm: float) -> ToolPath:
+    """The path of a mill over a burr that the servo has reached, in the frame of the base.
 
     Raises
     ------
@@ -89,9 +89,14 @@ def path_of(servoed: Servoed, *, radius_mm: float) -> ToolPath:
     if servoed.burr is None or servoed.T_base_mesh is None or last is None or last.outcome is None:
         raise InputError(f"the mill is not over the burr: {servoed.why}")
     found = last.outcome.inspection
-    return tool_path(servoed.burr, axis=found.axis, generatrix=found.generatrix, radius_mm=radius_mm).placed(
-        servoed.T_base_mesh
+    path = tool_path(
+        servoed.burr,
+        axis=found.axis,
+        generatrix=found.generatrix,
+        radius_mm=radius_mm,
+        scatter_mm=station.plunge_mm,
     )
+    return path.placed(servoed.T_base_mesh)
 
 
 def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:

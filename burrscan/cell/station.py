@@ -72,6 +72,13 @@ class Station:
         return float(np.linalg.norm(self.T_flange_tool[:3, 3]))
 
     @property
+    def plunge_mm(self) -> float:
+        """Standard deviation of the tool's place along its axis from one move of the arm to the next."""
+        tool = self.T_flange_tool
+        beside = float(np.linalg.norm(np.cross(tool[:3, 2], tool[:3, 3])))
+        return float(np.hypot(self.arm.sheet.scatter_mm, np.radians(self.arm.sheet.scatter_deg) * beside))
+
+    @property
     def lens_sigma(self) -> tuple[float, float]:
         """Standard deviation (mm, deg) about each axis of a reported pose of the camera over the plate."""
         arm, table = self.arm.sheet, self.table.sheet

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -41,6 +42,28 @@ def test_passes_go_down_in_bites_and_end_twice_on_the_surface() -> None:
     steps = -np.diff([1.1, *path.passes_mm[:-1]])  # height and two standard deviations
     assert (steps > 0.0).all()
     assert (steps <= 0.4 + 1e-9).all()
+
+
+@pytest.mark.parametrize("height_mm", [0.02, 1.0])
+def test_the_last_passes_are_half_as_high_as_the_deepest_pose_is_deep(height_mm: float) -> None:
+    """Every place is cut by several poses, and is as deep as the deepest: 0.04 mm for an arm of 0.03."""
+    sigma = 0.03
+    path = tool_path(
+        burr(height_mm=height_mm), axis=axis(), generatrix=generatrix(), radius_mm=2.0, scatter_mm=sigma
+    )
+    assert path.passes_mm[-2] == path.passes_mm[-1]
+    assert all(before >= after for before, after in pairwise(path.passes_mm))
+    # places under the mill, and the poses of the last two passes that cover each
+    tips = np.concatenate([path.stations[:, :3, 3]] * 2)
+    rng = np.random.default_rng(3)
+    places = burr().T_mesh_burr[:3, 3] + np.column_stack(
+        [np.zeros(300), rng.uniform(-0.8, 0.8, 300), rng.uniform(-4.0, 4.0, 300)]
+    )
+    covers = np.linalg.norm(places[:, None, 1:] - tips[None, :, 1:], axis=2) < 2.0
+    assert (covers.sum(axis=1) >= 4).all()
+    scatter = sigma * rng.normal(size=(400, 1, len(tips)))
+    deepest = np.where(covers, scatter, np.inf).min(axis=2)
+    assert path.passes_mm[-1] == pytest.approx(-0.5 * deepest.mean(), abs=0.1 * sigma)
 
 
 def test_the_mill_stays_away_from_a_wall() -> None:
