@@ -35,8 +35,9 @@ class Belief:
 
     Parameters
     ----------
-    left
-        (S, AROUND) probability that a burr there would have been missed by every look so far.
+    hidden
+        (2, S, AROUND) probability that a burr there would have been missed by every look so far: one lying
+        along the generatrix, and one around the axis.
     measured, missed
         (bins,) cells that were in sight and measured, or not, by the tilt of their normal: how this metal
         answers.
@@ -49,17 +50,30 @@ class Belief:
     unfaced
         (2, S, AROUND) weight of places where something is known that was seen from aside only.
     found
-        Expected number of burrs among the places called so far.
+        (2,) expected number of burrs among the places called so far, along and around.
 
     """
 
-    left: Floats
+    hidden: Floats
     suspicion: Floats
     unfaced: Floats
     rows: Floats
     measured: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[0]))
     missed: Floats = field(default_factory=lambda: np.full(len(_BINS_DEG) - 1, _PRIOR[1]))
-    found: float = 0.0
+    found: Floats = field(default_factory=lambda: np.zeros(2))
+
+    @property
+    def lines(self) -> Floats:
+        """(2,) probability that a burr lies along the generatrix, or around the axis: as those found do.
+
+        Laplace's rule of succession (1774).
+        """
+        return np.asarray((1.0 + self.found) / (2.0 + self.found.sum()))
+
+    @property
+    def left(self) -> Floats:
+        """(S, AROUND) probability that a burr there would have been missed by every look so far."""
+        return np.asarray(np.tensordot(self.lines, self.hidden, 1))
 
     def answer(self, tilt_deg: Floats) -> Floats:
         """(S, N) probability that a cell in sight is measured, by its tilt and its row."""
@@ -92,7 +106,7 @@ class Belief:
         the exponential distribution supposes least. What was found on the share of the part that was covered
         makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section 2.6).
         """
-        return (1.0 + self.found) / self._covered(chart, burrs)
+        return float(1.0 + self.found.sum()) / self._covered(chart, burrs)
 
     def left_in(self, chart: Chart, *, burrs: float, sights: Bools | None = None) -> float:
         """Probability that a burr is left in what can be seen at all.
@@ -108,7 +122,7 @@ class Belief:
 
         """
         covered = self._covered(chart, burrs)
-        return float(1.0 - (covered / (covered + self._share(chart, sights))) ** (1.0 + self.found))
+        return float(1.0 - (covered / (covered + self._share(chart, sights))) ** (1.0 + self.found.sum()))
 
     def _covered(self, chart: Chart, burrs: float) -> float:
         """Parts that speak for the rate: what is supposed of it counts as much as 1 / ``burrs`` of one."""
@@ -117,22 +131,21 @@ class Belief:
     def _share(self, chart: Chart, sights: Bools | None) -> float:
         """Of the part's area what no look would have shown, in sight."""
         area = np.broadcast_to(chart.area_mm2[:, None], chart.shape)
-        hidden = area * self.left if sights is None else np.where(sights, area * self.left, 0.0)
-        return float(hidden.sum() / area.sum())
+        left = area * self.left if sights is None else np.where(sights, area * self.left, 0.0)
+        return float(left.sum() / area.sum())
 
 
 def belief_of(chart: Chart, looks: Sequence[tuple[Outlook, Floats]]) -> Belief:
     """The belief after some looks: outlooks of the whole chart and densities, (S, AROUND) each."""
     belief = Belief(
-        np.ones(chart.shape),
+        np.ones((2, *chart.shape)),
         np.zeros((2, *chart.shape)),
         np.zeros((2, *chart.shape)),
         np.ones(chart.shape[0]),
     )
     belief.learn(looks)
     for seen, density in looks:
-        # which way a burr lies is not known
-        belief.left *= 1.0 - SURE * np.clip(density, 0.0, 1.0) * seen.shows.mean(axis=0)
+        belief.hidden *= 1.0 - SURE * np.clip(density, 0.0, 1.0) * seen.shows
     return belief
 
 

@@ -99,7 +99,8 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     places = joined(calls, axis=found.axis, chart=chart, chances=chances, burrs=burrs)
-    belief.found = sum(place.probability for place in places)
+    for place in places:
+        belief.found[line_of(T_part_plate @ place.burr.T_mesh_burr)] += place.probability
     for place in places:
         _suspect(belief, chart, place, T_part_plate, [view for view, _ in seen])
     return Fused(found, chart, belief, places)

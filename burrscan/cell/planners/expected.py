@@ -14,15 +14,18 @@ from burrscan.cell.station import turned
 LOOK_S = 12.0
 """Of a look itself: 60 frames at about 15 a second, and as long again, twice, to make a surface of them and
 inspect it (docs/speed.md); beside that a turn of the table costs little."""
+_ASIDE = 0.5
+"""Share of a find that a call from aside is: it takes another look to be sure."""
 
 
 def expected(known: Known) -> list[int]:
     """Numbers of the choices, best first.
 
-    What a look is worth is the number of burrs that it would show for the first time: over cells, how many
-    there may be times what is left times the probability that the cell is in sight, answers (learnt by the
-    tilt of its normal from the looks so far), and is found. A suspicious place counts in the same currency,
-    where a look faces it and one of its flanks answers; so does a burr that was seen from aside only.
+    What a look is worth is the number of burrs that it would show for the first time: over cells and the two
+    ways in which a burr may lie, how many there may be times what is left times the probability that the cell
+    is in sight, answers (learnt by the tilt of its normal from the looks so far), and is found; half of that
+    where it is seen from aside, for one such look calls no burr. A suspicious place counts in the same
+    currency, where a look faces it and one of its flanks answers; so does a burr seen from aside only.
     O(choices × cells).
     """
     if known.belief is None or known.chart is None:
@@ -30,13 +33,14 @@ def expected(known: Known) -> list[int]:
     chart, belief = known.chart, known.belief
     rate = belief.rate(chart, burrs=known.burrs)
     area = rate * chart.area_mm2[:, None] / float(chart.area_mm2.sum() * chart.shape[1])
-    worth = [area * _finds(arm, belief) for arm in known.arms]
+    ways = belief.lines[:, None, None]
+    worth = [ways * area * _finds(arm, belief) for arm in known.arms]
     proof = [_shows_flank(arm, belief) for arm in known.arms]
     faces = [_faces(arm, belief) for arm in known.arms]
     now = _poses(known, known.taken[-1])
     value = np.empty(len(known.choices))
     for number, choice in enumerate(known.choices):
-        gain = (shifted(worth[choice.arm], -choice.cells) * belief.left).sum()
+        gain = (shifted(worth[choice.arm], -choice.cells) * belief.hidden).sum()
         gain += (shifted(proof[choice.arm], -choice.cells) * belief.suspicion).sum()
         gain += (shifted(faces[choice.arm], -choice.cells) * belief.unfaced).sum()
         value[number] = gain / (LOOK_S + _seconds(known, now, _poses(known, number)))
@@ -45,9 +49,9 @@ def expected(known: Known) -> list[int]:
 
 
 def _finds(arm: Arm, belief: Belief) -> Floats:
-    """(S, around) probability that a look finds what lies in a cell."""
-    shown = SURE * belief.answer(arm.surface.tilt_deg) * arm.surface.shows.mean(axis=0)
-    return np.where(arm.surface.seen, shown, 0.0)
+    """(2, S, around) share of a find that a look is expected to make of what lies in a cell."""
+    calls = SURE * belief.answer(arm.surface.tilt_deg) * arm.surface.shows
+    return np.where(arm.surface.seen, calls * np.where(arm.surface.faces, 1.0, _ASIDE), 0.0)
 
 
 def _shows_flank(arm: Arm, belief: Belief) -> Floats:

@@ -48,11 +48,23 @@ def test_left_agrees_with_burrs_thrown_at_random() -> None:
             missed &= rng.uniform(size=len(place)) > SURE * density.ravel()[place]
         parts.setdefault(int((~missed).sum()), []).append(bool(missed.any()))
     for found in range(4):
-        belief.found = found
+        belief.found = np.array([found, 0.0])
         stated, count = belief.left_in(chart, burrs=2.0), len(parts[found])
         z = (np.mean(parts[found]) - stated) / np.sqrt(stated * (1.0 - stated) / count)
         assert count > 300
         assert abs(z) < 4.0
+
+
+def test_burrs_lie_as_those_that_were_found() -> None:
+    """What no look has shown across the burr's line is left for burrs that lie so, and for those only."""
+    chart = chart_of(generatrix())
+    view = _all_shown(chart)
+    along = np.stack([np.ones(chart.shape), np.zeros(chart.shape)])
+    belief = belief_of(chart, [(replace(view, shows=along), np.ones(chart.shape))])
+    assert belief.left == pytest.approx(0.5 * (1.0 - SURE) + 0.5)
+    belief.found = np.array([6.0, 0.0])
+    assert belief.lines == pytest.approx([7.0 / 8.0, 1.0 / 8.0])
+    assert belief.left == pytest.approx(7.0 / 8.0 * (1.0 - SURE) + 1.0 / 8.0)
 
 
 def test_the_density_of_a_full_grid_is_one() -> None:

@@ -119,6 +119,16 @@ def test_a_suspicious_place_draws_a_look_once_all_is_seen() -> None:
         assert any(shifted(flank.seen, -choice.cells)[5, cell] for flank in flanks)
 
 
+@pytest.mark.parametrize(("found", "line"), [((9.0, 0.0), 0), ((0.0, 9.0), 1)])
+def test_the_next_look_faces_burrs_that_lie_as_those_found_did(found: tuple[float, float], line: int) -> None:
+    state = known((0,))
+    assert state.belief is not None
+    state.belief.found = np.array(found)
+    surface = state.arms[state.choices[expected(state)[0]].arm].surface
+    facing = surface.faces & surface.seen
+    assert facing[line].sum() > 2 * facing[1 - line].sum()
+
+
 def test_a_ring_is_even_whenever_it_is_broken_off() -> None:
     taken: tuple[int, ...] = ()
     turns = []
