@@ -6,7 +6,7 @@ The servo itself, with the arm of the suite's cell and a part moved by 2 mm and 
 not rendered: each has the burr's true place with a normal error across it and a quarter of that along the
 normal. Printed for several of such errors, and for several probabilities at which the servo stops: how many
 runs stop in four looks, and how many of those are within the tolerance in truth, across and along the normal.
-The table of ``burrscan/cell/README.md``. Four minutes of one core.
+The table of ``burrscan/cell/README.md``. Two minutes of one core.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from scenes.cell.spec import CellSpec
 from scenes.cell.truth import base_pose, tool_over
 from scenes.cell.workcell import SimulatedCell
 from scenes.scene import scene_from
+from scenes.wheel import build_wheel
 
 _TOLERANCE_MM = 0.05
 """The servo's default."""
@@ -61,9 +62,10 @@ class _Telling:
 def stopped(look_mm: float, sure: float, *, runs: int = _RUNS) -> tuple[float, float]:
     """Shares of runs that stop, and of those that are within the tolerance, across and along the normal."""
     scene = scene_from(paper_scene("catalogue", scale=0.5), source="paper")
+    wheel = build_wheel(scene.wheel, scene.burrs)
     stop, within = [], []
     for seed in range(runs):
-        cell = SimulatedCell(scene, CellSpec(), identity=(seed,))
+        cell = SimulatedCell(scene, CellSpec(), identity=(seed,), wheel=wheel)
         pose = base_pose(cell.wheel, 0)
         burr = stated_burr(cell.wheel.burrs[0], pose)
         where = cell.T_plate_part @ pose

@@ -46,6 +46,8 @@ class SimulatedCell:
         Of the case: fixes every error and all noise.
     cache_dir
         Where traced light is kept.
+    wheel
+        Of the scene, where it is built already.
 
     """
 
@@ -56,11 +58,12 @@ class SimulatedCell:
         *,
         identity: tuple[int, ...] = (0,),
         cache_dir: Path | Store | None = None,
+        wheel: Wheel | None = None,
     ) -> None:
         self.spec = spec
         self.scene = scene
         self._identity, self._cache_dir = identity, cache_dir
-        self.wheel: Wheel = build_wheel(scene.wheel, scene.burrs)
+        self.wheel = wheel or build_wheel(scene.wheel, scene.burrs)
         z = self.wheel.generatrix_zr_mm[:, 0]
         self._middle_z_mm = float(0.5 * (z.min() + z.max()))
         rng = self._stream("placed")
