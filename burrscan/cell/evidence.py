@@ -25,6 +25,9 @@ _LITTLE = 0.3
 """A look that would have found a burr there with less probability says nothing by its silence."""
 _SIDE_RIGHT = 0.97
 """Share of calls in one look whose side is right (``standard``: 71 of 72)."""
+_SIZED_DEG = 60.0
+"""Up to here from aside a look tells a size too, beside one that faces the burr: it sees less of one flank,
+but where both mirror the part from in front (one of 1.4 mm read 0.5 to 0.8), not from there (1.2 to 1.4)."""
 UNFACED = 0.1
 """Worth, in burrs, of facing one that is called and was seen from aside only: its size, often its side."""
 _CERTAIN = 0.5
@@ -49,6 +52,8 @@ class Call:
         Angle between the surface's normal there and the camera, as it lies across the burr's line.
     faced
         Whether the look faced it (:func:`burrscan.cell.outlook.facing`).
+    along
+        Whether the baseline lies along it rather than across.
     bare
         Looks that measured bare metal under it (:func:`burrscan.cell.flatness.bare`).
 
@@ -59,6 +64,7 @@ class Call:
     T_plate_burr: Floats
     aside_deg: float
     faced: bool
+    along: bool
     bare: frozenset[int] = frozenset()
 
 
@@ -210,10 +216,15 @@ def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:
 
 
 def _burr(calls: list[Call], frame: Floats) -> Burr:
-    """One burr of several calls: sides by vote, sizes by weight, place and extent of the fullest view."""
+    """One burr of several calls: sides by vote, sizes by weight, place and extent of the fullest view.
+
+    The side is told by looks that face the burr, a size by those from not too far aside as well.
+    """
     faced = _facing(calls)
     side = _side(faced)
     sided = [call for call in faced if call.burr.side == side]
+    others = [call for call in calls if call.burr.side == side and _sizes(call) and not call.faced]
+    sized = [*(call for call in sided if call.faced), *others] or sided
     strong = max(call.burr.significance for call in sided)
     full = max(
         (call for call in sided if call.burr.significance >= 0.5 * strong),
@@ -231,10 +242,10 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
         angle_deg=Value(float(np.degrees(np.arctan2(middle[1], middle[0]))), full.burr.angle_deg.sigma),
         z_start_mm=start,
         z_end_mm=end,
-        height_mm=_weighted([call.burr.height_mm for call in sided]),
-        width_mm=_weighted([call.burr.width_mm for call in sided]),
-        area_mm2=_weighted([call.burr.area_mm2 for call in sided]),
-        volume_mm3=_weighted([call.burr.volume_mm3 for call in sided]),
+        height_mm=_weighted([call.burr.height_mm for call in sized]),
+        width_mm=_weighted([call.burr.width_mm for call in sized]),
+        area_mm2=_weighted([call.burr.area_mm2 for call in sized]),
+        volume_mm3=_weighted([call.burr.volume_mm3 for call in sized]),
         T_mesh_burr=full.T_plate_burr,
         significance=float(np.sqrt(sum(call.burr.significance**2 for call in sided))),
     )
@@ -244,6 +255,11 @@ def _facing(calls: list[Call]) -> list[Call]:
     """The calls whose looks tell sizes; where none does, the one from least aside."""
     faced = [call for call in calls if call.faced]
     return faced or [min(calls, key=lambda call: call.aside_deg)]
+
+
+def _sizes(call: Call) -> bool:
+    """Whether a look that need not face the burr tells its size: not from far aside, nor across its line."""
+    return call.along and call.aside_deg <= _SIZED_DEG
 
 
 def _side(calls: list[Call]) -> Literal["protrusion", "nick"]:

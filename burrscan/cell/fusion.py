@@ -123,7 +123,8 @@ def _call(
         for number, (points, deviation) in enumerate(clouds)
         if number != look and bare(burr, T_part_plate @ pose, points, deviation)
     ]
-    return Call(look, burr, pose, float(aside_deg(over, across)), faced, frozenset(against))
+    along = bool(abs(baseline[0]) >= abs(baseline[1]))
+    return Call(look, burr, pose, float(aside_deg(over, across)), faced, along, frozenset(against))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:
