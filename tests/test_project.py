@@ -74,10 +74,10 @@ def test_the_readmes_scan_finds_the_burrs_it_speaks_of(capsys: pytest.CaptureFix
     assert len(told) == len(stated) == 3
     for one, other in zip(told[:-1], stated[:-1], strict=True):
         numbers = [[float(n) for n in re.findall(r"[-\d.]+", line)] for line in (one, other)]
-        # angles of the part frame hang on the axis found; significances on the draw and on the kernels that
-        # this machine has: 31 to 41 in six draws on one machine, and 27 for the page's draw on another
+        # angles of the part frame hang on the axis found; significances on the kernels that this machine has:
+        # one commit, one draw, 27 on one machine and 36 on another
         assert numbers[0][0] == pytest.approx(numbers[1][0], abs=0.5)
-        assert numbers[0][1] == pytest.approx(numbers[1][1], rel=0.35)
+        assert numbers[0][1] == pytest.approx(numbers[1][1], rel=0.2)
         assert re.sub(r"[-\d.]+", "", one) == re.sub(r"[-\d.]+", "", other)
 
 

@@ -223,8 +223,7 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
     faced = _facing(calls)
     side = _side(faced)
     sided = [call for call in faced if call.burr.side == side]
-    others = [call for call in calls if call.burr.side == side and _sizes(call) and not call.faced]
-    sized = [*(call for call in sided if call.faced), *others] or sided
+    sized = [call for call in calls if call.burr.side == side and _sizes(call)] or sided
     strong = max(call.burr.significance for call in sided)
     full = max(
         (call for call in sided if call.burr.significance >= 0.5 * strong),
@@ -258,7 +257,7 @@ def _facing(calls: list[Call]) -> list[Call]:
 
 
 def _sizes(call: Call) -> bool:
-    """Whether a look that need not face the burr tells its size: not from far aside, nor across its line."""
+    """Whether a look tells a burr's size, as one that faces it does: not from far aside, nor across it."""
     return call.along and call.aside_deg <= _SIZED_DEG
 
 

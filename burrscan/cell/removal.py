@@ -9,9 +9,9 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, freeze
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.servo import Servoed
-from burrscan.cell.station import Station
+from burrscan.cell.station import Station, turned
 from burrscan.cell.toolpath import ToolPath, tool_path
-from burrscan.cell.toolpose import at_roll
+from burrscan.cell.toolpose import move_tool
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Inspection, Value
 from burrscan.pipeline import Outcome, Pipeline, run
@@ -113,14 +113,14 @@ def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
     if station.spindle is None:
         raise InputError("the station has no spindle: give Station.spindle what starts and stops the mill")
     T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    station.arm.move(at_roll(path.above(0), roll_deg) @ T_tool_flange)
+    station.arm.move(turned(path.above(0), roll_deg) @ T_tool_flange)
     station.spindle.start()
     try:
         for _, pose in path.travel():
-            station.arm.move(at_roll(pose, roll_deg) @ T_tool_flange)
+            station.arm.move(turned(pose, roll_deg) @ T_tool_flange)
     finally:
         station.spindle.stop()
-    station.arm.move(at_roll(path.above(path.last), roll_deg) @ T_tool_flange)
+    station.arm.move(turned(path.above(path.last), roll_deg) @ T_tool_flange)
 
 
 def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = None) -> Verified:
@@ -166,8 +166,7 @@ def _seen(
 ) -> Verified:
     """What a look from a pose, turned about the mill, says of a burr's place; its frame is the base's."""
     T_base_tool = np.asarray(T_base_camera @ station.T_camera_tool, float)
-    flange = station.arm.move(at_roll(T_base_tool, roll_deg) @ np.linalg.inv(station.T_flange_tool))
-    T_camera_base = np.linalg.inv(flange @ station.T_flange_camera)
+    reported, _ = move_tool(station, T_base_tool, rolls=(roll_deg,))
     sheet = station.arm.sheet
     swing = 2.0 * np.hypot(sheet.offset_mm, station.lever_mm * np.radians(sheet.offset_deg))
     more = float(swing) if roll_deg else 0.0
@@ -175,7 +174,7 @@ def _seen(
         0.5 * burr.length_mm.value + more,
         0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0) + more,
     )
-    site = Site(np.asarray(T_camera_base @ burr.T_mesh_burr, float), half)
+    site = Site(np.asarray(np.linalg.inv(reported) @ burr.T_mesh_burr, float), half)
     try:
         return judged(run(station.scanner, pipeline or Pipeline()), site)
     except InputError as error:

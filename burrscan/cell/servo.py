@@ -230,8 +230,8 @@ def servo(
         glances.append(glance)
         same_side = [one._replace(T_base_burr=swing @ one.T_base_burr) for one in same_side]
         expected = place_to_go(same_side, sheet=station.arm.sheet, lever_mm=lever)
-        enough = _SURE_SOON if stay and len(glances) < most else sure
-        if len(same_side) >= _LEAST_LOOKS and glance.sure(tolerance_mm) >= max(enough, sure):
+        enough = max(sure, _SURE_SOON) if stay and len(glances) < most else sure
+        if len(same_side) >= _LEAST_LOOKS and glance.sure(tolerance_mm) >= enough:
             T_base_mesh = np.asarray(swing @ reported, float)
             here = np.asarray(np.linalg.inv(T_base_mesh) @ expected, float)
             return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll, T_base_mesh)

@@ -109,12 +109,12 @@ class Stand:
         freeze(self, T_base_camera=self.T_base_camera)
 
 
-def turned(T_base_plate: Floats, turn_deg: float) -> Floats:
-    """(4, 4) the plate's pose once it is turned about its own z."""
+def turned(pose: Floats, turn_deg: float) -> Floats:
+    """(4, 4) a pose turned about its own z: the plate's, or the mill's."""
     turn = np.eye(4)
     angle = np.radians(turn_deg)
     turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return np.asarray(T_base_plate @ turn)
+    return np.asarray(pose @ turn)
 
 
 def go(station: Station, stand: Stand) -> Floats:

@@ -2,39 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import OutOfReachError
-from burrscan.cell.station import Station
+from burrscan.cell.station import Station, turned
 
 _ROLLS_DEG = (0.0, 180.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)
 """Turns of the flange about the mill, tried in this order: the mill is round, the scanner need not touch.
 The first two keep camera and projector in one plane along the burr."""
-
-
-def tool_poses(
-    station: Station, T_base_tool: Floats, *, slant_deg: float = 0.0
-) -> Iterator[tuple[float, Floats]]:
-    """Turns about the mill's axis and poses of the flange that put the mill there, the upright ones first.
-
-    All are turned by ``slant_deg`` more: rows of pixels that cross a burr at a slant sample its section as
-    densely as there are rows (the slanted edge of ISO 12233), those along it at a few places only.
-    """
-    T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    upright = _upright_roll(station, T_base_tool) + slant_deg
-    for roll in _ROLLS_DEG:
-        yield upright + roll, at_roll(T_base_tool, upright + roll) @ T_tool_flange
-
-
-def at_roll(T_base_tool: Floats, roll_deg: float) -> Floats:
-    """(4, 4) a tool pose turned about its own z."""
-    turn = np.eye(4)
-    turn[:3, :3] = Rotation.from_euler("z", roll_deg, degrees=True).as_matrix()
-    return np.asarray(T_base_tool @ turn)
 
 
 def _upright_roll(station: Station, T_base_tool: Floats) -> float:
@@ -51,7 +29,9 @@ def move_tool(
 ) -> tuple[Floats, float]:
     """Bring the tool there, at the first roll about itself that the arm can reach without touching.
 
-    Those of ``rolls`` are tried in their order; without any all that there are (:func:`tool_poses`).
+    Those of ``rolls`` are tried in their order; without any all that there are, the upright ones first and
+    turned by ``slant_deg`` more: rows of pixels that cross a burr at a slant sample its section as densely as
+    there are rows (the slanted edge of ISO 12233), those along it at a few places only.
 
     Returns
     -------
@@ -66,16 +46,14 @@ def move_tool(
     """
     said = ""
     T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    tries = (
-        ((roll, at_roll(T_base_tool, roll) @ T_tool_flange) for roll in rolls)
-        if rolls
-        else tool_poses(station, T_base_tool, slant_deg=slant_deg)
-    )
-    for angle, flange in tries:
+    if not rolls:
+        upright = _upright_roll(station, T_base_tool) + slant_deg
+        rolls = [upright + roll for roll in _ROLLS_DEG]
+    for roll in rolls:
         try:
-            reported = station.arm.move(flange)
+            reported = station.arm.move(turned(T_base_tool, roll) @ T_tool_flange)
         except OutOfReachError as error:
             said = said or str(error)
             continue
-        return np.asarray(reported @ station.T_flange_camera), angle
+        return np.asarray(reported @ station.T_flange_camera), roll
     raise OutOfReachError(f"the mill can stand over the burr in no pose: {said}")

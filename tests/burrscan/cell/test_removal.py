@@ -93,6 +93,11 @@ def test_where_the_place_mirrors_it_is_looked_at_from_its_other_end(monkeypatch:
     assert said.measured > 0.9
     assert said.residual_mm.value == pytest.approx(0.1, abs=0.015)
     assert said.gouge_mm.value == pytest.approx(0.06, abs=0.015)
+    # the arm's error is another one there: two standard deviations of it are added to the place
+    here = _verified(Mirror(1), _servoed(Mirror(1), up=False), monkeypatch)
+    sheet, lever = world.sheet, world.station().lever_mm
+    more = 2.0 * np.hypot(sheet.offset_mm, lever * np.radians(sheet.offset_deg))
+    assert np.subtract(said.site.half_mm, here.site.half_mm) == pytest.approx([more, more])
     # turned half round about the mill: the mill is where it was
     first, second = (flange @ world.T_camera_tool for flange in world.asked)
     assert np.allclose(first[:3, 3], second[:3, 3])
