@@ -223,7 +223,11 @@ class _Hump:
 
 
 def _extent(x: Floats, deviation: Floats, half: float) -> tuple[float, float]:
-    """Middle and length of the stretch that stands out; as expected where that cannot be told."""
+    """Middle and length of the burr, by the stretch that stands out; as expected where that cannot be told.
+
+    Of a burr that mirrors the part one look may show a piece; the looks from all around saw all of it. What
+    stands out therefore makes it longer, never shorter: of a piece it is known that the burr reaches over it.
+    """
     if len(x) < _LEAST:
         return 0.0, 2.0 * half
     level = (
@@ -232,8 +236,10 @@ def _extent(x: Floats, deviation: Floats, half: float) -> tuple[float, float]:
     out = np.sort(x[deviation > max(level, 0.0)])
     if len(out) < _LEAST or level <= 0.0:
         return 0.0, 2.0 * half
-    start, end = np.quantile(out, [0.02, 0.98])
-    return float(0.5 * (start + end)), float(end - start)
+    start, end = (float(one) for one in np.quantile(out, [0.02, 0.98]))
+    if end - start >= 2.0 * half:
+        return 0.5 * (start + end), end - start
+    return float(np.clip(0.0, end - half, start + half)), 2.0 * half
 
 
 def _shift(along: float, across: float) -> Floats:

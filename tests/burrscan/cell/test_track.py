@@ -32,12 +32,14 @@ def _look(
     ridge_mm: float = 1.0,
     flank_low_mm: float = 0.0,
     flank_sigma_mm: float = _NOISE_MM,
+    shown_z_mm: tuple[float, float] = (15.0, 25.0),
 ) -> Outcome:
     """A drum seen in the frame of the part, its ridge ``at_mm`` beside angle 0, its left flank wrong."""
     z, off = np.meshgrid(np.arange(0.2, 39.8, 0.7), np.arange(-8.0, 8.0, _PITCH_MM), indexing="ij")
     off = off + _PITCH_MM * rng.uniform() + slant * z
     beside = off - at_mm
-    ridge = np.where(np.abs(z - 20.0) < 5.0, ridge_mm * np.clip(1.0 - np.abs(beside) / 0.75, 0.0, None), 0.0)
+    shown = (z > shown_z_mm[0]) & (z < shown_z_mm[1])
+    ridge = np.where(shown, ridge_mm * np.clip(1.0 - np.abs(beside) / 0.75, 0.0, None), 0.0)
     flank = (ridge > 0.0) & (beside < 0.0)
     sigma = np.where(flank, flank_sigma_mm, _NOISE_MM)
     radius = RADIUS_MM + ridge - np.where(flank, flank_low_mm, 0.0) + sigma * rng.normal(size=z.shape)
@@ -132,3 +134,21 @@ def test_a_burr_that_the_detector_calls_is_found_though_its_flanks_show_little_o
         found = _found(cast(Outcome, known))
         assert found is not None
         assert found.burr.T_mesh_burr[1, 3] == pytest.approx(0.4, abs=0.12)
+
+
+@pytest.mark.parametrize(
+    ("shown", "reaches"),
+    [
+        ((18.5, 25.0), (15.0, 25.0)),  # a third of it mirrors the part
+        ((16.5, 26.5), (16.5, 26.5)),  # all of it, on a part that was moved
+        ((19.5, 26.5), (16.5, 26.5)),  # both
+        ((14.0, 26.0), (14.0, 26.0)),  # longer than it was known to be
+    ],
+)
+def test_a_look_that_shows_a_piece_of_a_burr_makes_it_no_shorter(
+    shown: tuple[float, float], reaches: tuple[float, float]
+) -> None:
+    found = _found(_look(np.random.default_rng(5), 0.3, shown_z_mm=shown))
+    assert found is not None
+    middle, half = float(found.burr.T_mesh_burr[2, 3]), 0.5 * found.burr.length_mm.value
+    assert (middle - half, middle + half) == pytest.approx(reaches, abs=0.7)  # a row of points
