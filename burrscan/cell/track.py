@@ -28,6 +28,9 @@ _STEP_MM = 0.05
 """Between the places that are tried; between them the gain is a parabola."""
 _STANDS_OUT = 5.0
 """Standard deviations of its height by which the burr must stand out."""
+_CREST = 0.8
+"""Quantile of the points over a burr's base that stands for its crest: most are on its flanks, and of a burr
+that mirrors the part a third may lie as low as the part."""
 _HIGH = 0.4
 """Share of the burr's height that it must reach (a thin flake is measured at six tenths): what stands out by
 less is what a flank mirrors beside it."""
@@ -111,7 +114,7 @@ def tracked(
     across = found.value
     on_crest = np.isfinite(deviation) & (np.abs(local[:, 1] - across) < 0.5 * width)
     on_crest &= (np.abs(local[:, 0]) < half + gate_mm) & (np.abs(local[:, 2]) < gate_mm + 2.0 * high)
-    along, length = _extent(local[on_crest, 0], deviation[on_crest], half)
+    along, length = _extent(local[on_crest, 0], deviation[on_crest], half, high)
     pose = _on_surface(outcome, T_camera_burr @ _shift(along, across))
     seen = replace(burr, T_mesh_burr=pose, length_mm=Value(length, burr.length_mm.sigma))
     return Tracked(seen, found.sigma)
@@ -222,19 +225,20 @@ class _Hump:
         return best, at, float(height[best]), level
 
 
-def _extent(x: Floats, deviation: Floats, half: float) -> tuple[float, float]:
+def _extent(x: Floats, deviation: Floats, half: float, high: float) -> tuple[float, float]:
     """Middle and length of the burr, by the stretch that stands out; as expected where that cannot be told.
 
     Of a burr that mirrors the part one look may show a piece; the looks from all around saw all of it. What
     stands out therefore makes it longer, never shorter: of a piece it is known that the burr reaches over it.
+    Where hardly anything stands out, noise does, wherever the surface was measured.
     """
-    if len(x) < _LEAST:
+    inner = np.abs(x) < 0.5 * half
+    crest = float(np.quantile(deviation[inner], _CREST)) if inner.any() else 0.0
+    if len(x) < _LEAST or crest < _HIGH * high:
         return 0.0, 2.0 * half
-    level = (
-        0.5 * float(np.median(deviation[np.abs(x) < 0.5 * half])) if (np.abs(x) < 0.5 * half).any() else 0.0
-    )
-    out = np.sort(x[deviation > max(level, 0.0)])
-    if len(out) < _LEAST or level <= 0.0:
+    level = 0.5 * crest
+    out = np.sort(x[deviation > level])
+    if len(out) < _LEAST:
         return 0.0, 2.0 * half
     start, end = (float(one) for one in np.quantile(out, [0.02, 0.98]))
     if end - start >= 2.0 * half:

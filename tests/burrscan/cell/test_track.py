@@ -152,3 +152,23 @@ def test_a_look_that_shows_a_piece_of_a_burr_makes_it_no_shorter(
     assert found is not None
     middle, half = float(found.burr.T_mesh_burr[2, 3]), 0.5 * found.burr.length_mm.value
     assert (middle - half, middle + half) == pytest.approx(reaches, abs=0.7)  # a row of points
+
+
+def test_a_look_that_shows_none_of_a_burrs_height_leaves_it_where_it_was() -> None:
+    look = _look(np.random.default_rng(6), 0.0, ridge_mm=0.25)  # flanks that mirror: a quarter of its height
+    seen = look.surface.vertices_mm[:, 2] > 20.0  # and half of it is not measured
+    surface = SimpleNamespace(
+        vertices_mm=look.surface.vertices_mm[seen],
+        vertex_sigma_mm=look.surface.vertex_sigma_mm[seen],
+        points_mm=look.surface.points_mm,
+    )
+    inspection = replace(look.inspection, deviation_mm=look.inspection.deviation_mm[seen])
+    called = replace(burr(0.0), height_mm=replace(burr(0.0).height_mm, value=1.0))
+    rest = cast(
+        Outcome,
+        SimpleNamespace(scan=look.scan, surface=surface, inspection=replace(inspection, burrs=(called,))),
+    )
+    found = _found(rest)
+    assert found is not None
+    assert found.burr.T_mesh_burr[2, 3] == pytest.approx(20.0, abs=0.1)
+    assert found.burr.length_mm.value == pytest.approx(called.length_mm.value, abs=0.1)
