@@ -163,7 +163,7 @@ def test_a_look_that_shows_none_of_a_burrs_height_leaves_it_where_it_was() -> No
         points_mm=look.surface.points_mm,
     )
     inspection = replace(look.inspection, deviation_mm=look.inspection.deviation_mm[seen])
-    called = replace(burr(0.0), height_mm=replace(burr(0.0).height_mm, value=1.0))
+    called = burr(0.0)
     rest = cast(
         Outcome,
         SimpleNamespace(scan=look.scan, surface=surface, inspection=replace(inspection, burrs=(called,))),
