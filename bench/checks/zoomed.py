@@ -86,7 +86,8 @@ class Compared:
 
     ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba; ``other`` is
     another tracing, which only says what pixels are compared: chosen by the light of one side they would be
-    chosen by its luck. ``shift_px`` (h, w) of stripes against the reference's; NaN without stripes.
+    chosen by its luck. ``shift_px`` (h, w) of stripes against the reference's, ``own_shift_px`` against the
+    other tracing's; NaN without stripes.
     """
 
     light: LightTransport
@@ -95,6 +96,7 @@ class Compared:
     variance: Floats
     direct: Floats
     shift_px: Floats
+    own_shift_px: Floats
 
     @property
     def compared(self) -> Bools:
@@ -193,12 +195,15 @@ def compare(
     """
     known = known or rendered.reference()
     traced, other = rendered.traced(), rendered.traced(seed=1)
-    shift = np.full(known.mean.shape, np.nan)
+    shifts = [np.full(known.mean.shape, np.nan)] * 2
     if stripes_px is not None:
         stripes = _stripes(rendered.optics, stripes_px)
         ours, stock = _phasor(traced.relight(stripes)), _phasor(rendered.stock(stripes, 3).mean(axis=1))
-        shift = np.angle(ours * np.conj(stock)) * stripes_px / (2.0 * np.pi)
-    return Compared(traced, other, known.mean, known.variance, known.direct, shift)
+        shifts = [
+            np.angle(ours * np.conj(one)) * stripes_px / (2.0 * np.pi)
+            for one in (stock, _phasor(other.relight(stripes)))
+        ]
+    return Compared(traced, other, known.mean, known.variance, known.direct, *shifts)
 
 
 def _stripes(optics: Optics, period_px: float) -> Floats32:

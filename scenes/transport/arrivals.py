@@ -27,12 +27,12 @@ gains is pooled over the neighbours (:mod:`scenes.transport.uncertainty`)."""
 class Finds(NamedTuple):
     """Paths that carry light, by camera pixel.
 
-    ``light``: of each, a row per flat pixel; its columns number the rows of ``points_mm`` (n, 3), the surface
-    that each met after the turn in question, camera frame.
+    ``light``: of each, a row per flat pixel; its columns number the rows of ``directions`` (n, 3), unit
+    vectors in which each went at the turn in question, camera frame.
     """
 
     light: SparseRows
-    points_mm: Floats32
+    directions: Floats32
 
 
 class Gathered(NamedTuple):
@@ -85,15 +85,15 @@ def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, lear
 
 
 def _finds(arrivals: Sequence[Arrival], turn: int, first: Ints) -> Finds:
-    """Places after a turn, of the paths that bring light there or later."""
+    """Directions at a turn, of the paths that bring light after it or later."""
     path = np.concatenate([_NONE, *(one.path.numpy() for one in arrivals)])
     order = np.argsort(path, kind="stable")
     light = np.concatenate([np.zeros(0, np.float32), *(one.weight.numpy() for one in arrivals)])[order]
-    places = np.concatenate(
-        [np.zeros((0, 3), np.float32), *(one.places_mm[turn].numpy().T for one in arrivals)]
+    directions = np.concatenate(
+        [np.zeros((0, 3), np.float32), *(one.directions[turn].numpy().T for one in arrivals)]
     )
     rows = SparseRows(_starts(path[order], first), np.arange(light.size, dtype=np.int32), light)
-    return Finds(rows, places[order])
+    return Finds(rows, directions[order])
 
 
 def _starts(path: NDArray[np.uint32], first: Ints) -> Ints:

@@ -12,7 +12,7 @@ import drjit as dr
 from scenes.transport.chance import Chance
 from scenes.transport.optics import Optics
 from scenes.transport.rays import Lit, camera_rays, projected_light
-from scenes.transport.turn import Target, turned
+from scenes.transport.turn import Guided, turned
 
 PASS_SAMPLES = 1 << 21
 """Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
@@ -30,21 +30,21 @@ class Paths(Protocol):
     def uniform(self, turn: int, path: Any) -> tuple[Any, Any] | None:
         """Numbers of paths for a turn: which way to choose the direction (1D), the direction (2D)."""
 
-    def aim(self, turn: int, path: Any) -> Target | None:
-        """What paths aim at."""
+    def guided(self, turn: int, path: Any) -> Guided | None:
+        """Where paths are expected to find light."""
 
 
 class Arrival(NamedTuple):
     """Interreflected light of one bounce, of the paths that bring any.
 
     ``path``: which, ascending. ``pixel``: the flat projector pixel that the light comes from. ``weight``: how
-    much. ``places_mm``: the surfaces that the path met after the first.
+    much. ``directions``: where the path went at each of its turns.
     """
 
     path: Any
     pixel: Any
     weight: Any
-    places_mm: list[Any]
+    directions: list[Any]
 
 
 class Bounced(NamedTuple):
@@ -103,18 +103,19 @@ def later_surfaces(
     bounces
         Surface interactions of the longest path.
     paths
-        Better random numbers for the first turns, and what they aim at.
+        Better random numbers for the first turns, and where they are expected to find light.
 
     """
     arrivals: list[Arrival] = []
     left: list[tuple[Any, Any]] = []
+    went: list[Any] = []
     path, throughput = dr.arange(mi.UInt32, dr.width(chance.number)), mi.Float(1.0)
     for turn in range(max(bounces - 1, 1)):
         kind = _FIRST_TURN + turn * _NUMBERS_A_TURN
         uniform = paths.uniform(turn, path) if paths else None
         uniform = uniform or (chance.one(mi, kind), chance.two(mi, kind + 1))
         alive = si.is_valid()
-        towards, weight = turned(mi, si, paths.aim(turn, path) if paths else None, *uniform, alive)
+        towards, weight = turned(mi, si, paths.guided(turn, path) if paths else None, *uniform, alive)
         throughput = dr.select(alive, throughput * weight, 0.0)
         alive = throughput > 0.0
         ray = si.spawn_ray(towards)
@@ -128,11 +129,11 @@ def later_surfaces(
         path, chance = dr.gather(mi.UInt32, path, kept), chance.of(mi, kept)
         throughput = dr.gather(mi.Float, throughput, kept)
         si = _surface(mi, ray, hit, kept)
-        places = [dr.gather(mi.Point3f, place, kept) for one in arrivals[-1:] for place in one.places_mm]
+        went = [dr.gather(mi.Vector3f, one, kept) for one in [*went, ray.d]]
         lens = on_lens(mi, optics.projector_aperture_mm, chance, kind + 3)
         lit = projected_light(mi, scene, optics, si, lens, si.is_valid())
         pixel, weight = _one_pixel(mi, optics, lit, throughput, chance.two(mi, kind + 5))
-        arrivals.append(Arrival(path, pixel, weight, [*places, si.p]))
+        arrivals.append(Arrival(path, pixel, weight, went))
     return Bounced([_with_light(mi, one) for one in arrivals], left)
 
 
@@ -149,14 +150,14 @@ def on_lens(mi: Any, aperture_mm: float, chance: Chance, kind: int) -> Any:
 
 def _with_light(mi: Any, all_of_them: Arrival) -> Arrival:
     """The paths with light."""
-    path, pixel, weight, places = all_of_them
-    dr.eval(path, pixel, weight, places)
+    path, pixel, weight, directions = all_of_them
+    dr.eval(path, pixel, weight, directions)
     kept: Any = dr.compress(weight > 0.0)
     return Arrival(
         dr.gather(mi.UInt32, path, kept),
         dr.gather(mi.UInt32, pixel, kept),
         dr.gather(mi.Float, weight, kept),
-        [dr.gather(mi.Point3f, place, kept) for place in places],
+        [dr.gather(mi.Vector3f, one, kept) for one in directions],
     )
 
 

@@ -9,14 +9,14 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
-from scenes.transport.aim import Aim, aim_of
 from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
 from scenes.transport.chance import Chance
+from scenes.transport.guide import Guide, guide_of
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
 from scenes.transport.paths import PASS_SAMPLES, Arrival, first_surface, later_surfaces
 from scenes.transport.sobol import DIMENSIONS, point, reversed_nets
-from scenes.transport.turn import TARGETS, Target
+from scenes.transport.turn import Guided
 
 LEAST_SAMPLES = 64
 """Fewer than 32 points a replicate are no net worth the name."""
@@ -126,7 +126,7 @@ def refine(
     """Trace paths for some flat camera pixels, a few million at a time.
 
     ``samples`` (P,) says how many for each, as :func:`needed_samples` does; ``finds`` of earlier paths where
-    to aim; ``learn`` that there is a round after this one. O(paths × bounces) rays.
+    light is; ``learn`` that there is a round after this one. O(paths × bounces) rays.
     """
     nets = 1 << np.log2(samples // REPLICATES).astype(np.int64)
     table = mi.UInt32(reversed_nets(int(nets.max())))
@@ -134,8 +134,8 @@ def refine(
     for number in np.unique(passes):
         mine = passes == number
         some = pixels[mine]
-        aims = [aim_of(some, turn, optics.rig.camera.shape) for turn in finds]
-        paths = _Refined(mi, table, some, samples[mine], nets[mine], aims, seed, learn=learn)
+        guides = [guide_of(some, turn, optics.rig.camera.shape) for turn in finds]
+        paths = _Refined(mi, table, some, samples[mine], nets[mine], guides, seed, learn=learn)
         arrivals = paths.traced(scene, optics, bounces)
         yield (
             some,
@@ -153,7 +153,7 @@ class _Refined:
         pixels: Ints,
         samples: Ints,
         nets: Ints,
-        aims: Sequence[Aim],
+        guides: Sequence[Guide],
         seed: int,
         *,
         learn: bool,
@@ -169,7 +169,14 @@ class _Refined:
         # no round may use another's numbers: what it aims at depends on what those found
         self._seed = mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(learn)))[0]
         self._salt = mi.sample_tea_32(self._seed, mi.UInt32(_PATHS))[0]
-        self._aims = [(mi.Float(aim.points_mm.ravel()), mi.Bool(aim.known)) for aim in aims]
+        self._guides = [
+            (
+                words(one.tiles),
+                mi.Bool(one.known),
+                *(mi.Float(table.ravel()) for table in (one.frames, one.across, one.along)),
+            )
+            for one in guides
+        ]
 
     def traced(self, scene: Any, optics: Optics, bounces: int) -> list[Arrival]:
         """The light that the paths bring."""
@@ -191,14 +198,14 @@ class _Refined:
         choice, across, up = self._point(path, axes)
         return choice, self._mi.Point2f(across, up)
 
-    def aim(self, turn: int, path: Any) -> Target | None:
+    def guided(self, turn: int, path: Any) -> Guided | None:
         """See :class:`scenes.transport.paths.Paths`."""
-        if turn >= len(self._aims):
+        if turn >= len(self._guides):
             return None
-        places, known = self._aims[turn]
-        slot = dr.gather(self._mi.UInt32, self._slot, path)
-        points = [dr.gather(self._mi.Point3f, places, slot * TARGETS + k) for k in range(TARGETS)]
-        return Target(points, dr.gather(self._mi.Bool, known, slot))
+        tiles, known, frames, across, along = self._guides[turn]
+        number = self._of(tiles, path)
+        middle, side = (dr.gather(self._mi.Vector3f, frames, 2 * number + k) for k in range(2))
+        return Guided(dr.gather(self._mi.Bool, known, number), middle, side, number, across, along)
 
     def _of(self, table: Any, path: Any) -> Any:
         """What a table of the pixels says for paths."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Floats, Floats32, Ints
 from burrscan.errors import InputError
-from scenes.transport.aim import found
+from scenes.transport.guide import found
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
@@ -32,7 +32,7 @@ def trace(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-    error: float = 0.022,
+    error: float = 0.025,
     most: int = 1024,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.

@@ -22,7 +22,7 @@ from scenes.transport.paths import first_surface, later_surfaces
 from scenes.transport.profile import PixelProfile
 from scenes.transport.rays import projected_light
 from scenes.transport.trace import shares
-from scenes.transport.turn import TARGETS, Target, turned
+from scenes.transport.turn import CELLS, STRIPS, Guided, turned
 from scenes.transport.world import wheel_mesh
 from scenes.wheel import build_wheel, load_wheel
 
@@ -30,20 +30,18 @@ _PATHS = 1 << 17
 
 
 class Given:
-    """Paths whose numbers, (turns, 3, paths), and places aimed at, (TARGETS, 3) or none, are chosen here."""
+    """Paths whose numbers, (turns, 3, paths), and guide, or none, are chosen here."""
 
-    def __init__(self, mi: Any, numbers: Floats, places_mm: Floats | None) -> None:
-        self._mi, self._numbers, self._places = mi, numbers, places_mm
+    def __init__(self, mi: Any, numbers: Floats, guide: Guided | None) -> None:
+        self._mi, self._numbers, self._guide = mi, numbers, guide
 
     def uniform(self, turn: int, path: Any) -> tuple[Any, Any]:
         of = [self._mi.Float(row.astype(np.float32)) for row in self._numbers[turn]]
         choice, across, up = (dr.gather(self._mi.Float, row, path) for row in of)
         return choice, self._mi.Point2f(across, up)
 
-    def aim(self, _turn: int, _path: Any) -> Target | None:
-        if self._places is None:
-            return None
-        return Target([self._mi.Point3f(*place) for place in self._places.tolist()], self._mi.Bool(True))
+    def guided(self, _turn: int, _path: Any) -> Guided | None:
+        return self._guide
 
 
 class Seen(NamedTuple):
@@ -69,11 +67,19 @@ def seen(mi: Any) -> Seen:
     return Seen(scene, optics, first_surface(mi, scene, optics, column, row, chance), chance)
 
 
-def given(mi: Any, seen: Seen, *, aimed: bool) -> Given:
+def given(mi: Any, *, guided: bool) -> Given:
     rng = np.random.default_rng(1)
-    places = np.array(seen.si.p).reshape(3, -1).T[np.array(seen.si.is_valid())]
-    chosen = places[rng.choice(len(places), TARGETS)] if aimed else None
-    return Given(mi, rng.random((2, 3, _PATHS)), chosen)
+    return Given(mi, rng.random((2, 3, _PATHS)), some_guide(mi) if guided else None)
+
+
+def some_guide(mi: Any) -> Guided:
+    """A guide with no reason: uneven cells, a part of the way around the camera's direction."""
+    rng = np.random.default_rng(2)
+    across = np.sort(rng.uniform(-1.3, 1.1, STRIPS + 1))
+    along = np.sort(rng.uniform(-1.2, 1.4, (STRIPS, CELLS + 1)), axis=1)
+    tables = [mi.Float(table.ravel().astype(np.float32)) for table in (across, along)]
+    frame = mi.Vector3f(0.0, -0.6, -0.8), mi.Vector3f(1.0, 0.0, 0.0)
+    return Guided(mi.Bool(True), *frame, mi.UInt32(0), *tables)
 
 
 def plainly(mi: Any, seen: Seen, paths: Given) -> Iterator[Floats32]:
@@ -81,7 +87,7 @@ def plainly(mi: Any, seen: Seen, paths: Given) -> Iterator[Floats32]:
     si, throughput, every = seen.si, mi.Float(1.0), dr.arange(mi.UInt32, _PATHS)
     for turn in range(2):
         towards, weight = turned(
-            mi, si, paths.aim(turn, every), *paths.uniform(turn, every), active=si.is_valid()
+            mi, si, paths.guided(turn, every), *paths.uniform(turn, every), active=si.is_valid()
         )
         throughput = dr.select(si.is_valid(), throughput * weight, 0.0)
         si = seen.scene.ray_intersect(si.spawn_ray(towards), throughput > 0.0)
@@ -89,9 +95,9 @@ def plainly(mi: Any, seen: Seen, paths: Given) -> Iterator[Floats32]:
         yield dr.select(si.is_valid(), lit.weight * throughput, 0.0).numpy()
 
 
-@pytest.mark.parametrize("aimed", [False, True])
-def test_paths_gathered_together_carry_what_each_would_alone(mi: Any, seen: Seen, *, aimed: bool) -> None:
-    paths = given(mi, seen, aimed=aimed)
+@pytest.mark.parametrize("guided", [False, True])
+def test_paths_gathered_together_carry_what_each_would_alone(mi: Any, seen: Seen, *, guided: bool) -> None:
+    paths = given(mi, guided=guided)
     ours = later_surfaces(mi, seen.scene, seen.optics, seen.si, seen.chance, 3, paths=paths).arrivals
     assert len(ours) == 2
     for arrival, alone in zip(ours, plainly(mi, seen, paths), strict=True):
@@ -103,18 +109,18 @@ def test_paths_gathered_together_carry_what_each_would_alone(mi: Any, seen: Seen
         assert light.sum() == pytest.approx(alone.sum(), rel=2e-3)
 
 
-def test_an_aim_does_not_change_what_a_surface_reflects(mi: Any, seen: Seen) -> None:
+def test_a_guide_does_not_change_what_a_surface_reflects(mi: Any, seen: Seen) -> None:
     """The mean weight of a turn is what the surface reflects of a uniform surround."""
     every, valid = dr.arange(mi.UInt32, _PATHS), seen.si.is_valid()
     weights = []
-    for aimed in (False, True):
-        paths = given(mi, seen, aimed=aimed)
-        _, weight = turned(mi, seen.si, paths.aim(0, every), *paths.uniform(0, every), active=valid)
+    for guided in (False, True):
+        paths = given(mi, guided=guided)
+        _, weight = turned(mi, seen.si, paths.guided(0, every), *paths.uniform(0, every), active=valid)
         weights.append(weight.numpy()[valid.numpy()].astype(float))
-    plain, aims = weights
-    error = np.sqrt((plain.var() + aims.var()) / plain.size)
+    plain, ours = weights
+    error = np.sqrt((plain.var() + ours.var()) / plain.size)
     assert error < 0.005 * plain.mean()
-    assert abs(aims.mean() - plain.mean()) < 4.0 * error
+    assert abs(ours.mean() - plain.mean()) < 4.0 * error
 
 
 def test_every_refined_path_counts_once() -> None:
