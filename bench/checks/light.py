@@ -146,8 +146,8 @@ def _print(name: str, errors: _Errors) -> None:
     print(
         f"{name:26s} {errors.white.size:6d}  {100 * white[0]:4.1f} / {100 * white[1]:4.1f}  "
         f"{shift[0]:5.3f} / {shift[1]:5.3f}   {100 * own_white[0]:4.1f} / {100 * own_white[1]:4.1f}  "
-        f"{own_shift[0]:5.3f} / {own_shift[1]:5.3f}   {100 * reference[0]:3.1f} / {100 * reference[1]:3.1f}     "
-        f"{spread:4.2f}   {correlation:+.2f}",
+        f"{own_shift[0]:5.3f} / {own_shift[1]:5.3f}   {100 * reference[0]:3.1f} / {100 * reference[1]:3.1f}"
+        f"     {spread:4.2f}   {correlation:+.2f}",
         flush=True,
     )
 
