@@ -57,8 +57,9 @@ class RenderSpec:
     seed
         Of the sampling.
     error
-        Standard error of a pixel's interreflected light, as a share of its whole light, above which it gets
-        more paths: half the error costs three to four times the paths. Infinite refines nothing.
+        Standard error of a pixel's interreflected light above which it gets more paths, as a share of the
+        geometric mean of its whole light and what of it goes with stripes: half the error costs three to four
+        times the paths. Infinite refines nothing.
     most
         Further paths that no pixel exceeds, beyond the first 64; a power of two. What they leave is stated
         with the transport.
@@ -70,7 +71,7 @@ class RenderSpec:
     samples: Annotated[int, Field(ge=2, le=4096)] = 16
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
-    error: Annotated[float, Field(gt=0.0)] = 0.025
+    error: Annotated[float, Field(gt=0.0)] = 0.028
     most: Annotated[int, Field(ge=64, le=65536)] = 1024
 
 

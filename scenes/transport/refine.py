@@ -8,7 +8,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from burrscan.arrays import Bools, Floats, Ints
+from burrscan.arrays import Bools, Floats, Floats32, Ints
 from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
 from scenes.transport.chance import Chance
 from scenes.transport.guide import Guide, guide_of
@@ -41,6 +41,17 @@ _DIM = 1e-3
 of photons in a camera does: a pixel of half this share may be off by 1.4 times as much."""
 _DARK = 3e-4
 """Share of the bright pixels' light below which light counts as this much: no exposure shows both."""
+_STRIPES_PX = 24.0
+"""Period of the stripes that errors are weighed by, projector columns: between the finest (6.5) and the
+coarsest that a scan of this package shows."""
+_LEAST_MODULATED = 0.1
+"""Share of a pixel's light below which what goes with stripes counts as this much: no decoder believes it."""
+
+
+def stripe_table(columns: int) -> Floats32:
+    """(columns, 3): white, and cosine and sine of the stripes that errors are weighed by."""
+    angle = 2.0 * np.pi * np.arange(columns) / _STRIPES_PX
+    return np.stack([np.ones(columns), np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
 
 
 def needed_samples(
@@ -68,7 +79,8 @@ def needed_samples(
     variance
         (h, w) of the interreflected light of one path.
     direct, indirect
-        (h, w) light; the direct is known well from the start.
+        (3, h, w) light under white, and under the cosine and the sine of :func:`stripe_table`; the direct is
+        known well from the start.
     refined
         (h, w) paths of refinements that each pixel had.
     pilot
@@ -76,16 +88,18 @@ def needed_samples(
     seen
         (h, w) pixels that were traced.
     error
-        Standard error to be reached, relative to the pixel's whole light.
+        Standard error to be reached, relative to the geometric mean of the pixel's whole light and what of it
+        goes with stripes: where light of many columns mixes, as in a groove, an error shifts stripes far.
     most
         Paths that a round gives no pixel more of, a power of two: half the points would be worse nets.
 
     """
     count = np.maximum(summed(np.ones(seen.shape), seen, itself=False), 1.0)
-    light = direct + summed(indirect, seen, itself=False) / count
-    bright = np.percentile(light[seen], 99.0) if seen.any() else 0.0
-    whole = np.maximum(light, _DARK * bright)
-    limit = error * np.sqrt(whole * np.maximum(whole, _DIM * bright))
+    light = direct + np.stack([summed(one, seen) - np.where(seen, one, 0.0) for one in indirect]) / count
+    bright = np.percentile(light[0][seen], 99.0) if seen.any() else 0.0
+    whole = np.maximum(light[0], _DARK * bright)
+    modulated = np.clip(np.hypot(light[1], light[2]), _LEAST_MODULATED * whole, whole)
+    limit = error * np.sqrt(np.maximum(whole, _DIM * bright) * modulated)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False) / count) / limit)
         alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)

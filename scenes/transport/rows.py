@@ -39,6 +39,12 @@ class SparseRows:
         sums: Floats32 = _row_sums(self.starts, self.values)
         return sums
 
+    def product(self, columns: Floats32) -> Floats32:
+        """Light under some patterns of upright stripes, (frames, pixels); ``columns`` (width, frames)."""
+        images = np.zeros((columns.shape[1], self.starts.size - 1), np.float32)
+        self.add_product(columns, len(columns), images)
+        return images
+
     def add_product(self, table: Floats32, period: int, images: Floats32) -> None:
         """Add the product with ``table`` (columns, F) to images (F, rows).
 

@@ -19,7 +19,7 @@ from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 from scenes.transport.pilot import pilots
-from scenes.transport.refine import LEAST_SAMPLES, needed_samples, refine
+from scenes.transport.refine import LEAST_SAMPLES, needed_samples, refine, stripe_table
 from scenes.transport.rows import added, scattered
 from scenes.transport.uncertainty import standard_error
 
@@ -32,7 +32,7 @@ def trace(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-    error: float = 0.025,
+    error: float = 0.028,
     most: int = 1024,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
@@ -50,8 +50,8 @@ def trace(
     seed
         Of the sampling. The same seed gives the same bits, whatever the number of threads.
     error
-        Standard error of a pixel's interreflected light, relative to its whole light, above which it gets
-        more paths; infinite for none.
+        Standard error of a pixel's interreflected light above which it gets more paths, relative to the
+        geometric mean of its whole light and what of it goes with stripes; infinite for none.
     most
         Further paths that no pixel exceeds, beyond a first round of 64; a power of two.
 
@@ -78,14 +78,15 @@ def trace(
     pilot_parts = len(first)
     del first  # its rows are in ``direct``
     refined = np.zeros(view.shape, np.int64)
-    white_direct = direct.row_sums().reshape(view.shape).astype(float)
+    stripes = stripe_table(optics.rig.projector.width)
+    direct_light = direct.product(stripes).reshape(3, *view.shape).astype(float)
     # a first round shows where light comes from, and how much it varies
     for learn, most_now in ((True, LEAST_SAMPLES), (False, most)):
         variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
         need = needed_samples(
             variance,
-            direct=white_direct,
-            indirect=_image([(pixels, one.rows.row_sums()) for pixels, one in bounced], view.shape),
+            direct=direct_light,
+            indirect=_images([(pixels, one.rows.product(stripes)) for pixels, one in bounced], view.shape),
             refined=refined,
             pilot=samples,
             seen=seen,
@@ -148,6 +149,11 @@ def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats
     for pixels, values in parts:
         image.flat[pixels] += values
     return image
+
+
+def _images(parts: Sequence[tuple[Ints, Floats32]], shape: tuple[int, int]) -> Floats:
+    """Values (frames, P) of flat pixels as images; of several for one pixel the last holds."""
+    return np.stack([_image([(pixels, values[k]) for pixels, values in parts], shape) for k in range(3)])
 
 
 def _image(

@@ -144,8 +144,8 @@ def test_paths_are_asked_for_in_whole_nets_and_never_too_many() -> None:
     for most in (64, 128, 1024):
         need = needed_samples(
             variance,
-            direct=np.ones(shape),
-            indirect=np.ones(shape),
+            direct=np.ones((3, *shape)),
+            indirect=np.ones((3, *shape)),
             refined=refined,
             pilot=16,
             seen=seen,
@@ -159,6 +159,27 @@ def test_paths_are_asked_for_in_whole_nets_and_never_too_many() -> None:
         assert np.isin(asked // nets, [2, 3]).all()
         assert asked.max() <= most
     assert len(np.unique(asked)) > 6
+
+
+def test_where_stripes_cancel_more_paths_are_asked_for() -> None:
+    """Pixels alike under white, whose light goes with stripes to all, a quarter and nothing of it."""
+    shape, seen = (30, 30), np.ones((30, 30), np.bool_)
+    share = np.repeat([1.0, 0.25, 0.0], 10)[None] * np.ones(shape)
+    light = np.stack([np.ones(shape), 0.6 * share, -0.8 * share])
+    need = needed_samples(
+        np.full(shape, 0.25),
+        direct=0.5 * light,
+        indirect=0.5 * light,
+        refined=np.full(shape, 64),
+        pilot=16,
+        seen=seen,
+        error=0.05,
+        most=4096,
+    )
+    middles = need[15, [4, 14, 25]]
+    # the error allowed falls as the root of the share, never below a tenth, and paths grow with its power 1/0.6
+    assert middles[1] / middles[0] == pytest.approx(2.0 ** (1.0 / 0.6), rel=0.3)
+    assert middles[2] / middles[0] == pytest.approx(10.0 ** (0.5 / 0.6), rel=0.3)
 
 
 def test_rows_are_added_by_their_share() -> None:
