@@ -255,7 +255,7 @@ def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) ->
 def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool) -> list[Rows]:
     curve = curve_at(state.pieces, state.coefficients)
     return [
-        rows_of(p, s * k, np.ascontiguousarray(pose), curve, _TUKEY, robust)
+        rows_of(p, s * k, np.ascontiguousarray(pose), curve, _TUKEY, robust=robust)
         for p, s, k, pose in zip(points, sigma, state.spread, state.poses, strict=True)
     ]
 
@@ -263,13 +263,14 @@ def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: b
 def _eliminated(rows: list[Rows], inverse: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Normal equations of all poses without the curve; the curve's offset and its response to the poses."""
     count = len(rows)
-    slopes = np.concatenate([row.slopes for row in rows], axis=2)  # (K, 3, 6N)
-    offset = np.einsum("kij,kj->ki", inverse, np.sum([row.offsets for row in rows], axis=0))
+    slopes = np.concatenate([row.sums[:, :3, 3:-1] for row in rows], axis=2)  # (K, 3, 6N)
+    offset = np.einsum("kij,kj->ki", inverse, np.sum([row.sums[:, :3, -1] for row in rows], axis=0))
     response = inverse @ slopes
     square, pull = np.zeros((UNKNOWNS * count,) * 2), np.zeros(UNKNOWNS * count)
     for number, row in enumerate(rows):
         block = slice(UNKNOWNS * number, UNKNOWNS * number + UNKNOWNS)
-        square[block, block], pull[block] = row.square, row.pull
+        total = row.sums[:, 3:-1, 3:].sum(axis=0)
+        square[block, block], pull[block] = total[:, :-1], total[:, -1]
     square -= np.einsum("kia,kib->ab", slopes, response, optimize=True)
     pull -= np.einsum("kia,ki->a", slopes, offset)
     return *_slid(square, pull), offset, response
@@ -382,7 +383,7 @@ def _result(
     rows = _rows(state, points, sigma, robust=False)
     *_, response = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     wide = _widened(state, points, sigma, response) / _EFFICIENCY
-    rows = [_scaled(row, 1.0 / factor) for row, factor in zip(rows, wide, strict=True)]
+    rows = [row._replace(sums=row.sums / factor) for row, factor in zip(rows, wide, strict=True)]
     square, pull, *_ = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
@@ -445,11 +446,6 @@ def _widened(state: _State, points: list[Floats], sigma: list[Floats], response:
         excess = float(np.trace(inverse @ pulls[:, told].T @ pulls[:, told]))
         wide[number] = max(1.0, lost * excess)
     return wide
-
-
-def _scaled(row: Rows, factor: float) -> Rows:
-    moments, offsets, slopes, square, pull, z = row
-    return Rows(moments * factor, offsets * factor, slopes * factor, square * factor, pull * factor, z)
 
 
 def _middle(points: Floats, pose: Floats, z: Floats) -> float:
