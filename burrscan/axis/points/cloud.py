@@ -79,5 +79,5 @@ def voxel_moments(points: Floats, weights: Floats, side: float = FINE_SIDE) -> t
     keys, voxel = np.unique((x * wide + y) * wide + z, return_inverse=True)
     x, y, z = p.T
     terms = (w, *(w * one for one in (x, y, z, x * x, x * y, x * z, y * y, y * z, z * z)))
-    rows = np.stack([np.bincount(voxel, term, len(keys)) for term in terms], axis=1)
+    rows: Floats = np.stack([np.bincount(voxel, term, len(keys)) for term in terms], axis=1)
     return np.stack([keys // (wide * wide), keys // wide % wide, keys % wide], axis=1), rows

@@ -30,7 +30,8 @@ def _median_beyond_0(values: Floats) -> float:
 def _longest(points: Floats, faces: Ints32) -> Floats:
     """(T,) squared length of each face's longest edge."""
     a, b, c = (points[corner] for corner in faces.T)
-    return np.maximum.reduce([np.einsum("ti,ti->t", edge, edge) for edge in (a - b, b - c, c - a)])
+    longest: Floats = np.maximum.reduce([np.einsum("ti,ti->t", edge, edge) for edge in (a - b, b - c, c - a)])
+    return longest
 
 
 def smoothed(points: Floats, weights: Floats, faces: Ints32, *, rounds: int) -> Floats:
@@ -46,7 +47,7 @@ def _round(points: Floats, weights: Floats, faces: Ints32) -> Floats:
     ends = np.arange(0, faces.size + 1, 3)
     corners = csr_array((np.ones(faces.size), faces.ravel(), ends), shape=(len(faces), len(points)))
     weights = weights[:, None] if len(weights) else np.ones((len(points), 1))
-    total = corners.T @ (corners @ np.hstack([weights, weights * points]))
+    total: Floats = np.asarray(corners.T @ (corners @ np.hstack([weights, weights * points])))
     known = total[:, :1] > 0.0
     return np.where(known, total[:, 1:] / np.where(known, total[:, :1], 1.0), points)
 

@@ -45,13 +45,12 @@ def surfels_of(cells: Ints, rows: Floats) -> Surfels:
     extent = cells.max(axis=0) // COARSE + 3
     flat = np.ravel_multi_index(tuple((cells // COARSE + 1).T), extent)
     used, voxel = np.unique(flat, return_inverse=True)
-    sums = np.stack([np.bincount(voxel, one, len(used)) for one in rows.T], axis=1)
+    sums: Floats = np.stack([np.bincount(voxel, one, len(used)) for one in rows.T], axis=1)
     index = np.full(np.prod(extent), len(used))  # one row more, of zeros, for voxels without points
     index[used] = np.arange(len(used))
-    steps = np.ravel_multi_index(tuple(np.indices((3, 3, 3)).reshape(3, -1)), extent)
-    steps -= steps[13]
+    steps: Ints = np.asarray(np.ravel_multi_index(tuple(np.indices((3, 3, 3)).reshape(3, -1)), extent))
     padded = np.concatenate([sums, np.zeros((1, 10))])
-    wide = sum(padded[index[used + step]] for step in steps)
+    wide: Floats = np.sum([padded[index[used + step]] for step in steps - steps[13]], axis=0)
     typical = float((sums[:, 0] ** 2).sum() / sums[:, 0].sum())
     (normals, flatness), (normals_around, blunt) = planes_of(sums), planes_of(wide)
     flatness[sums[:, 0] < 0.1 * typical] = 1.0
