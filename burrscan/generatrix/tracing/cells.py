@@ -112,7 +112,7 @@ class Cells:
     @property
     def coverage(self) -> Floats:
         """(N,) share of the arc over which each holds data, 0 to 1."""
-        return self.seen.mean(axis=1)
+        return np.asarray(self.seen.mean(axis=1))
 
 
 def arc_of(angle: Floats) -> tuple[float, float]:
@@ -204,7 +204,7 @@ def _sparse(count: Floats) -> float:
 
 
 def _in_cells(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[Ints, Floats, Floats]:
-    """(V,) number of each point's cell, row by row, -1 outside; and its place (z, r) from that one's middle."""
+    """(V,) number of each point's cell, row by row, -1 outside, and its place (z, r) from its middle."""
     rows, columns = _shape(low, high, side)
     with np.errstate(invalid="ignore"):
         u, v = (z - low[0]) / side, (r - low[1]) / side
