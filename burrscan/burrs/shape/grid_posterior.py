@@ -247,7 +247,7 @@ def _matched(v: Floats, sums: Floats, square: float, grid: _Grid, most: float) -
         ky -= b * s[8]
     # The ratio of the two unknowns, height and height times turn, held to where it is linear.
     turned, whole = hh * ky - hk * hy, kk * hy - hk * ky
-    told = whole > 1e-9 * kk * hy
+    told = (whole > 1e-9 * kk * hy) & (whole != 0.0)
     turn = np.where(told, np.clip(turned / np.where(told, whole, 1.0), -most, most), 0.0)
     match, power = hy + turn * ky, hh + 2.0 * turn * hk + turn * turn * kk
     rises = (match > 0.0) & (hh > 0.0) & (power > 0.0)
