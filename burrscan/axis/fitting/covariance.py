@@ -19,7 +19,6 @@ from burrscan.axis.fitting.fit import (
     meridian,
     off_piece,
     piece_of,
-    whole,
 )
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.axis.fitting.scales import Thickness, relative_scales
@@ -77,8 +76,8 @@ def _tally(
     """Everything :func:`covariance_of` needs, in one pass.
 
     ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` (K, 2,
-    5, 5) sums, per piece, w K Kᵀ and w v K Kᵀ (lower triangles) with v the variance of the slope and K 1 and
-    the change of J with it. The result is the lower triangle of Σ w J Jᵀ. The piece and J of a point come
+    5, 5) sums, per piece, w K Kᵀ and w v K Kᵀ with v the variance of the slope and K 1 and
+    the change of J with it. The result is Σ w J Jᵀ. The piece and J of a point come
     from its smoothed position, its residual from the raw one: smoothing correlates neighbours, and what the
     pose makes of a neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with
     the residual would shrink the stated uncertainty.
@@ -124,7 +123,7 @@ def _spurious(slopes: Floats, spacing: float) -> Floats:
     """Information that the noise of the generatrix's slopes feigns, per unit variance of a point."""
     mean = slopes[:, 0, 1:, 0] / np.maximum(slopes[:, 0, 0, 0], 1e-300)[:, None]
     cross = np.einsum("kp,kq->pq", slopes[:, 1, 1:, 0], mean)
-    total = whole(slopes[:, 1, 1:, 1:].sum(axis=0)) - cross - cross.T
+    total = slopes[:, 1, 1:, 1:].sum(axis=0) - cross - cross.T
     total += np.einsum("k,kp,kq->pq", slopes[:, 1, 0, 0], mean, mean)
     return np.asarray(total / spacing**2)
 
@@ -154,7 +153,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit, thick:
         radius=float(np.median(fit.pieces.centre[:, 1])),
         along=REACH_ALONG * fit.pieces.spacing / BINS_ALONG,
     )
-    return _composed(whole(A) - told.known, spurious, told, variance, fit.pieces, shared)
+    return _composed(A - told.known, spurious, told, variance, fit.pieces, shared)
 
 
 class _Told(NamedTuple):

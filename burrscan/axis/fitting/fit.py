@@ -117,15 +117,11 @@ def off_piece(z: float, r: float, k: int, curve: Curve) -> tuple[float, float, f
 
 @kernel
 def add_square(total: Floats, w: float, v: Floats) -> None:
-    """Add w v vᵀ to a square matrix: its lower triangle, :func:`whole` gives the rest."""
+    """Add w v vᵀ to a square matrix. Whole rows: they fit a processor's vectors, half of them do not."""
     for i in range(len(v)):
-        for j in range(i + 1):
-            total[i, j] += w * v[i] * v[j]
-
-
-def whole(lower: Floats) -> Floats:
-    """(..., N, N) symmetric matrices from their lower triangles."""
-    return np.asarray(lower + np.swapaxes(np.tril(lower, -1), -1, -2))
+        part = w * v[i]
+        for j in range(len(v)):
+            total[i, j] += part * v[j]
 
 
 @kernel
@@ -142,7 +138,7 @@ def _accumulate(
 ) -> None:
     """One pass over the points.
 
-    ``sums`` (K, 8, 8) adds up w v vᵀ per piece, the lower triangle, with v = (1, t, t², J, d): the place t
+    ``sums`` (K, 8, 8) adds up w v vᵀ per piece with v = (1, t, t², J, d): the place t
     along it, the distance d off it, and J, what the pose does to d. ``spread`` is a histogram of |d| up to
     ``top``.
     """
@@ -179,7 +175,7 @@ def inverses(normal: Floats, stiffness: float, some: Bools) -> Floats:
 def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
     some = sums[:, 0, 0] >= max(FEWEST, 0.025 * float(sums[:, 0, 0].mean()))
-    sums = whole(sums * some[:, None, None])
+    sums = sums * some[:, None, None]
     inverse = inverses(sums[:, :3, :3], stiffness, some)
     slopes = sums[:, :3, 3:7]
     offset, response = np.einsum("kij,kj->ki", inverse, sums[:, :3, 7]), inverse @ slopes

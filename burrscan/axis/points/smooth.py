@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from burrscan.arrays import Floats, Ints32
+from burrscan.axis.jit import kernel
 from burrscan.robust import MEDIAN_SIZE
 
 EDGE_LIMIT = 3.0
@@ -27,10 +28,15 @@ def _median_beyond_0(values: Floats) -> float:
     return float(np.median(values[values > 0.0])) if values.any() else 0.0
 
 
+@kernel
 def _longest(points: Floats, faces: Ints32) -> Floats:
     """(T,) squared length of each face's longest edge."""
-    a, b, c = (points[corner] for corner in faces.T)
-    longest: Floats = np.maximum.reduce([np.einsum("ti,ti->t", edge, edge) for edge in (a - b, b - c, c - a)])
+    longest = np.zeros(len(faces))
+    for f in range(len(faces)):
+        for s in range(3):
+            a, b = faces[f, s], faces[f, (s + 1) % 3]
+            x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
+            longest[f] = max(longest[f], x * x + y * y + z * z)
     return longest
 
 

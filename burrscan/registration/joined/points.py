@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.fitting.fit import Curve, add_square, off_piece, piece_of, whole
+from burrscan.axis.fitting.fit import Curve, add_square, off_piece, piece_of
 from burrscan.axis.jit import kernel
 
 UNKNOWNS = 6
@@ -64,7 +64,7 @@ def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: fl
     """
     sums = np.zeros((len(curve.centre), 4 + UNKNOWNS, 4 + UNKNOWNS))
     z = _summed(points, sigma, pose, curve, limit, robust, sums)
-    return Rows(whole(sums), z)
+    return Rows(sums, z)
 
 
 @kernel
@@ -77,7 +77,7 @@ def _summed(
     robust: bool,  # noqa: FBT001 (a kernel)
     sums: Floats,
 ) -> Floats:
-    """Add to the sums of :class:`Rows` (lower triangles); the points' (V,) z."""
+    """Add to the sums of :class:`Rows`; the points' (V,) z."""
     scores, v = np.full(points.shape[0], np.nan), np.ones(sums.shape[1])
     for i in range(points.shape[0]):
         x, y, z, r = at(points[i], pose)
