@@ -3,7 +3,11 @@
 A pixel's phasors, one per frequency, are compared with those that each column on its epipolar line predicts.
 The sum is coherent: direct light adds up at one column, noise and interreflected light do not.
 Around the best column the maximum-likelihood fit of column, row and amplitude gives the result; how badly the
-phasors fit widens its sigma and divides the lead over the second best column.
+phasors phasors fit widens its sigma and divides the lead over the second best column.
+
+Most pixels look next to where their neighbour on the left looks, and there it is searched first. What the
+best column there leaves of the phasors' power bounds what any other column can gain: where that bound is far
+behind, the rest of the line need not be searched.
 """
 
 from __future__ import annotations
@@ -39,6 +43,14 @@ LEAST_FREQUENCIES = 5
 misfit."""
 _ILL_FITTING = 12.0
 """Chi² per degree of freedom from which errors are not noise's, so that the lead in chi² is worth less."""
+_NEAR_PX = 3.0
+"""To either side of the neighbour's column: where the surface goes on, the column changes by less."""
+_SIDE_LOBE = 0.75
+"""Match at a wrong column, at most: six and more frequencies on 1024 columns stay below (0.71); five reach
+0.80."""
+_SURE_LEAD = 45.0
+"""In chi²: above the 42 (three times 14) that even ill-fitting pixels need, so that nothing is taken that the
+search of the whole line would refuse."""
 _CONVERGED_PX = 1e-3
 """Far below the noise of any column; the last Gauss-Newton steps shrink by orders."""
 _FOOTPRINT_PX2 = 0.15
@@ -160,7 +172,14 @@ def _read(
                 continue
             noise = variance[np.isfinite(variance)].mean()
             unknown = (_INDIRECT_GUESS * _indirect(z, noise, mean, dark[r, c])) ** 2
-            u, row, best, second = _search(z, variance + unknown, f, g, nodes[r, c], columns)
+            whole, line, lead = variance + unknown, nodes[r, c], 0.0
+            hint = planes[0, r, c - 1] if c > 0 else np.nan
+            if np.isfinite(hint):
+                u, row, best, _ = _search(z, whole, f, g, line, max(hint - _NEAR_PX, -0.5), hint + _NEAR_PX)
+                lead = _least_lead(best, (np.abs(z) ** 2 / whole).sum())
+            if lead < _SURE_LEAD:
+                u, row, best, second = _search(z, whole, f, g, line, -0.5, columns - 0.5)
+                lead = best - second
             if best <= 0.0:
                 continue
             u, v, amplitude, plain, var_u, var_v, misfit = _fit(z, variance, f, g, u, row)
@@ -172,8 +191,8 @@ def _read(
             planes[4, r, c] = amplitude
             planes[5, r, c] = max((mean - dark[r, c]) / plain - 1.0, 0.0)
             planes[6, r, c] = misfit
-            planes[7, r, c] = (best - second) * (1.0 + unknown / noise) / wider
-            planes[8, r, c] = v - _row_at(nodes[r, c], u, row)
+            planes[7, r, c] = lead * (1.0 + unknown / noise) / wider
+            planes[8, r, c] = v - _row_at(line, u, row)
     return planes, clipped
 
 
@@ -193,18 +212,18 @@ def _indirect(z: Complexes, noise: float, mean: float, dark: float) -> float:
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _search(
-    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, columns: int
+    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, first: float, last: float
 ) -> tuple[float, float, float, float]:
-    """Best column and row along the epipolar polyline, and the gains in chi² of it and of the second best.
+    """Best column from first to last and its row on the epipolar polyline; its gain in chi², the next best's.
 
     From step to step every phasor turns back by its own angle.
     """
-    sums = np.zeros(int(columns / _GRID_PX) + 4 * len(nodes), np.float32)
+    sums = np.zeros(int((last - first) / _GRID_PX) + 4 * len(nodes), np.float32)
     places = np.empty(len(sums), np.float32)
     n = 0
     for s in range(len(nodes) - 1):
         u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
-        start, stop = max(u0, -0.5), min(u1, columns - 0.5)
+        start, stop = max(u0, first), min(u1, last)
         if not (u1 > u0 and stop > start):
             continue
         slope = (v1 - v0) / (u1 - u0)
@@ -229,6 +248,20 @@ def _search(
 
 
 @njit(cache=True, nogil=True)
+def _least_lead(gain: float, power: float) -> float:
+    """What a column's gain in chi² is ahead of any other's, at least; 0 where that cannot be told.
+
+    With a share p of the power P at the best column, and templates of any other column that match it to no
+    more than s, the other gains at most P (s √p + √(1 - s²) √(1 - p))².
+    """
+    share = min(gain / power, 1.0)
+    if share <= _SIDE_LOBE**2:
+        return 0.0
+    other = _SIDE_LOBE * np.sqrt(share) + np.sqrt((1.0 - _SIDE_LOBE**2) * (1.0 - share))
+    return float((share - other * other) * power)
+
+
+@njit(cache=True, nogil=True)
 def _row_at(nodes: Floats32, u: float, otherwise: float) -> float:
     """Row of the epipolar polyline at a column."""
     for s in range(len(nodes) - 1):
@@ -248,30 +281,53 @@ def _fit(
     Returns them, the amplitude that unblurred stripes would have, the variances, and chi² per dof.
     """
     amplitude, plain, iuu, ivv, misfit = 0.0, 0.0, np.inf, np.inf, np.inf
-    k, q = 1.0 / variance, f * f + g * g
-    auu, auv, avv = (k * f * f).sum(), (k * f * g).sum(), (k * g * g).sum()
-    det, dof = auu * avv - auv * auv, 2.0 * (k > 0.0).sum() - 4.0
+    turned = np.empty_like(z)
     for _ in range(4):
-        turned = z * np.exp(-1j * (f * u + g * v))
-        along, across = turned.real, turned.imag
-        amplitude = (k * along).sum() / k.sum()
-        if not (amplitude > 0.0 and det > 0.0):
+        s, w = 0.0, 0.0
+        for j in range(len(z)):
+            angle = f[j] * u + g[j] * v
+            turned[j] = z[j] * complex(np.cos(angle), -np.sin(angle))
+            s += turned[j].real / variance[j]
+            w += 1.0 / variance[j]
+        amplitude = s / w
+        if not amplitude > 0.0:
             break
-        bu, bv = (k * f * across).sum(), (k * g * across).sum()
-        du, dv = (avv * bu - auv * bv) / (det * amplitude), (auu * bv - auv * bu) / (det * amplitude)
+        auu, auv, avv, bu, bv, chi2, dof = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -4.0
+        s0, sq, sqq, sa, saq, saa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(len(z)):
+            along, across = turned[j].real, turned[j].imag
+            k = 1.0 / variance[j]
+            auu += k * f[j] * f[j]
+            auv += k * f[j] * g[j]
+            avv += k * g[j] * g[j]
+            bu += k * f[j] * across
+            bv += k * g[j] * across
+            chi2 += across * across * k
+            dof += 2.0 if k > 0.0 else 0.0
+            # finer stripes lose modulation: the amplitudes are fitted by a line in frequency squared
+            q = f[j] * f[j] + g[j] * g[j]
+            k /= 1.0 + k * (_MODULATION_ERROR * amplitude) ** 2
+            s0 += k
+            sq += k * q
+            sqq += k * q * q
+            sa += k * along
+            saq += k * along * q
+            saa += k * along * along
+        det = auu * avv - auv * auv
+        if not det > 0.0:
+            break
+        du = (avv * bu - auv * bv) / (det * amplitude)
+        dv = (auu * bv - auv * bu) / (det * amplitude)
         u, v = u + du, v + dv
         iuu, ivv = avv / (det * amplitude**2), auu / (det * amplitude**2)
-        # finer stripes lose modulation: the amplitudes are fitted by a line in frequency squared
-        w = k / (1.0 + k * (_MODULATION_ERROR * amplitude) ** 2)
-        q0, a0 = (w * q).sum() / w.sum(), (w * along).sum() / w.sum()
-        cqq, caq = (w * (q - q0) ** 2).sum(), (w * (q - q0) * (along - a0)).sum()
-        unlike = (w * (along - a0) ** 2).sum() - (caq * caq / cqq if cqq > 0.0 else 0.0)
-        misfit = ((k * across**2).sum() + max(unlike, 0.0)) / dof
+        cqq, caq = sqq - sq * sq / s0, saq - sa * sq / s0
+        chi2 += max(saa - sa * sa / s0 - (caq * caq / cqq if cqq > 0.0 else 0.0), 0.0)
+        misfit = chi2 / dof
         # what stripes without loss of modulation would have: the line's intercept, its slope held near that
         # of a footprint one pixel wide
         held = 1.0 / (_FOOTPRINT_ERROR_PX2 * amplitude) ** 2
         slope = (caq - _FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
-        plain = a0 - slope * q0
+        plain = (sa - slope * sq) / s0
         if abs(du) + abs(dv) < _CONVERGED_PX:
             break
     return u, v, amplitude, plain, iuu, ivv, misfit
