@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.api import find_axis
 from burrscan.axis.basis import T_part_mesh, sensed
+from burrscan.axis.fitting.fit import TUKEY
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.errors import InputError
 from burrscan.generatrix.curve import fit_generatrix
@@ -45,9 +46,6 @@ _BLURS = (0.06, 0.02)
 """Resolutions of the curve in units of the part's rms radius: the first bears the robot's errors."""
 _BLUR_PER_SIGMA = 1.5
 """Least resolution in noise deviations, as in :mod:`burrscan.axis.profile`."""
-_TUKEY = 5.0
-"""Points farther than this many standard deviations off the curve count nothing; those within it count
-fully in the covariance."""
 _EFFICIENCY = 0.961
 """Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
 _STEPS = 32
@@ -159,7 +157,7 @@ def joint(
 def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) -> None:
     """Refuse views that are not of the curve that the others share."""
     for number, row in enumerate(_rows(state, points, sigma, robust=True), 1):
-        share = float(np.mean(np.abs(row.z) < _TUKEY))
+        share = float(np.mean(np.abs(row.z) < TUKEY))
         if not share > _LEAST_USED:
             raise InputError(
                 f"view {number}: only {100.0 * share:.0f} % of its points lie on the curve that all views "
@@ -255,7 +253,7 @@ def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) ->
 def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool) -> list[Rows]:
     curve = curve_at(state.pieces, state.coefficients)
     return [
-        rows_of(p, s * k, np.ascontiguousarray(pose), curve, _TUKEY, robust=robust)
+        rows_of(p, s * k, np.ascontiguousarray(pose), curve, TUKEY, robust=robust)
         for p, s, k, pose in zip(points, sigma, state.spread, state.poses, strict=True)
     ]
 
@@ -403,7 +401,7 @@ def _result(
         ),
         generatrix=_common_curve(views, poses, part, sigma),
         noise_mm=noise,
-        used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
+        used=np.array([float(np.mean(np.abs(row.z) < TUKEY)) for row in rows]),
         roll_sigma_deg=_roll_sigma_deg(covariance, count),
         roll_seen=seen > 0.0,
         iterations=steps,
@@ -438,7 +436,7 @@ def _widened(state: _State, points: list[Floats], sigma: list[Floats], response:
     for number, (p, s) in enumerate(zip(points, sigma, strict=True)):
         own = np.ascontiguousarray(response[:, :, UNKNOWNS * number : UNKNOWNS * (number + 1)])
         pose = np.ascontiguousarray(state.poses[number])
-        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, _TUKEY, own)
+        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, TUKEY, own)
         told = [0, 1, 3, 4, 5]  # all but the turn about the axis
         inverse = np.linalg.pinv(square[np.ix_(told, told)], hermitian=True)
         filled = int(np.count_nonzero(pulls.any(axis=1)))

@@ -18,10 +18,11 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.codes.phase import sheet_of
 from burrscan.devices import CameraSheet
 from burrscan.rig import Rig
 from burrscan.scan.matching.epipolar import epipolar_nodes
-from burrscan.scan.matching.phasors import phasors, sheet_of, turns_of
+from burrscan.scan.matching.phasors import phasors, turns_of
 from burrscan.scan.stripes import Stripes
 
 _GRID_PX = 1.5

@@ -6,13 +6,6 @@ import numpy as np
 from numba import njit
 
 from burrscan.arrays import Complexes, Floats, Image
-from burrscan.devices import CameraSheet
-
-
-def sheet_of(camera: CameraSheet) -> Floats:
-    """What kernels need of a data sheet: black level, gain, variance in the dark, saturation, in DN."""
-    floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
-    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.clipped_dn])
 
 
 @njit(cache=True, nogil=True)

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from burrscan.codes.phase import sheet_of
 from burrscan.devices import CameraSheet
-from burrscan.scan.matching.phasors import phasors, sheet_of, turns_of
+from burrscan.scan.matching.phasors import phasors, turns_of
 
 CAMERA = CameraSheet()
 
