@@ -75,8 +75,8 @@ def decode_phase(images: Image, *, camera: CameraSheet, period_px: float) -> Pha
     O(N) per pixel, one pass over the images, single precision: good to 1e-7 of a period.
 
     """
-    waves = harmonics(len(images))
-    planes, clipped = _phase(np.ascontiguousarray(images), waves, sheet32(camera), np.float32(period_px))
+    waves, sheet = harmonics(len(images)), sheet_of(camera).astype(np.float32)
+    planes, clipped = _phase(np.ascontiguousarray(images), waves, sheet, np.float32(period_px))
     return Phase(planes[0], planes[1], planes[2], planes[3], clipped, period_px)
 
 
@@ -86,10 +86,10 @@ def harmonics(steps: int) -> Floats32:
     return np.stack([np.cos(turn), np.sin(turn), np.cos(2.0 * turn), np.sin(2.0 * turn)]).astype(np.float32)
 
 
-def sheet32(camera: CameraSheet) -> Floats32:
+def sheet_of(camera: CameraSheet) -> Floats:
     """What the kernels need of a data sheet, in DN: black level, gain, variance in the dark, saturation."""
     floor = (camera.gain_dn_per_e * camera.read_noise_e) ** 2 + 1.0 / 12.0
-    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.clipped_dn], np.float32)
+    return np.array([camera.black_level_dn, camera.gain_dn_per_e, floor, camera.clipped_dn])
 
 
 @njit(cache=True, parallel=True, nogil=True)

@@ -119,7 +119,7 @@ def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> l
         foot = _cell_feet(line, cells, side)
         tangents = smooth_tangents(line)
         line = step(line, foot, scale_mm=start, tangents=tangents, count=cells.count).line
-    kept = trimmed(line, _cell_feet(line, cells, side), cells.mask)
+    kept = trimmed(line, _cell_feet(line, cells, side), cells.seen)
     return [piece for piece in kept if len(piece) > 2]
 
 

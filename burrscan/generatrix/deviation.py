@@ -6,7 +6,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, polyline_of
-from burrscan.generatrix.profile import meridian_of
+from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Generatrix
 
 REACH = 0.1
@@ -34,8 +34,8 @@ def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Flo
     O(V): a grid in the (z, r) plane knows which segments can be nearest.
 
     """
-    line = polyline_of(generatrix)
-    return feet_of(*meridian_of(vertices_mm, axis), line).distance_mm
+    profile = profile_of(vertices_mm, axis)
+    return feet_of(profile.z_mm, profile.r_mm, polyline_of(generatrix)).distance_mm
 
 
 def feet_of(z_mm: Floats, r_mm: Floats, line: Polyline) -> Foot:

@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.api import find_axis
 from burrscan.axis.basis import T_part_mesh, sensed
+from burrscan.axis.fitting.fit import TUKEY
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.errors import InputError
 from burrscan.generatrix.curve import fit_generatrix
@@ -45,9 +46,6 @@ _BLURS = (0.06, 0.02)
 """Resolutions of the curve in units of the part's rms radius: the first bears the robot's errors."""
 _BLUR_PER_SIGMA = 1.5
 """Least resolution in noise deviations, as in :mod:`burrscan.axis.profile`."""
-_TUKEY = 5.0
-"""Points farther than this many standard deviations off the curve count nothing; those within it count
-fully in the covariance."""
 _EFFICIENCY = 0.961
 """Of Tukey's weights on normal noise at that limit (Holland & Welsch 1977)."""
 _STEPS = 32
@@ -159,7 +157,7 @@ def joint(
 def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) -> None:
     """Refuse views that are not of the curve that the others share."""
     for number, row in enumerate(_rows(state, points, sigma, robust=True), 1):
-        share = float(np.mean(np.abs(row.z) < _TUKEY))
+        share = float(np.mean(np.abs(row.z) < TUKEY))
         if not share > _LEAST_USED:
             raise InputError(
                 f"view {number}: only {100.0 * share:.0f} % of its points lie on the curve that all views "
@@ -255,7 +253,7 @@ def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) ->
 def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool) -> list[Rows]:
     curve = curve_at(state.pieces, state.coefficients)
     return [
-        rows_of(p, s * k, np.ascontiguousarray(pose), curve, _TUKEY, robust)
+        rows_of(p, s * k, np.ascontiguousarray(pose), curve, TUKEY, robust=robust)
         for p, s, k, pose in zip(points, sigma, state.spread, state.poses, strict=True)
     ]
 
@@ -263,13 +261,14 @@ def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: b
 def _eliminated(rows: list[Rows], inverse: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Normal equations of all poses without the curve; the curve's offset and its response to the poses."""
     count = len(rows)
-    slopes = np.concatenate([row.slopes for row in rows], axis=2)  # (K, 3, 6N)
-    offset = np.einsum("kij,kj->ki", inverse, np.sum([row.offsets for row in rows], axis=0))
+    slopes = np.concatenate([row.sums[:, :3, 3:-1] for row in rows], axis=2)  # (K, 3, 6N)
+    offset = np.einsum("kij,kj->ki", inverse, np.sum([row.sums[:, :3, -1] for row in rows], axis=0))
     response = inverse @ slopes
     square, pull = np.zeros((UNKNOWNS * count,) * 2), np.zeros(UNKNOWNS * count)
     for number, row in enumerate(rows):
         block = slice(UNKNOWNS * number, UNKNOWNS * number + UNKNOWNS)
-        square[block, block], pull[block] = row.square, row.pull
+        total = row.sums[:, 3:-1, 3:].sum(axis=0)
+        square[block, block], pull[block] = total[:, :-1], total[:, -1]
     square -= np.einsum("kia,kib->ab", slopes, response, optimize=True)
     pull -= np.einsum("kia,ki->a", slopes, offset)
     return *_slid(square, pull), offset, response
@@ -382,7 +381,7 @@ def _result(
     rows = _rows(state, points, sigma, robust=False)
     *_, response = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     wide = _widened(state, points, sigma, response) / _EFFICIENCY
-    rows = [_scaled(row, 1.0 / factor) for row, factor in zip(rows, wide, strict=True)]
+    rows = [row._replace(sums=row.sums / factor) for row, factor in zip(rows, wide, strict=True)]
     square, pull, *_ = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
     robot = robot_rows(reported, state.poses, state.T_world_part, prior)
@@ -402,7 +401,7 @@ def _result(
         ),
         generatrix=_common_curve(views, poses, part, sigma),
         noise_mm=noise,
-        used=np.array([float(np.mean(np.abs(row.z) < _TUKEY)) for row in rows]),
+        used=np.array([float(np.mean(np.abs(row.z) < TUKEY)) for row in rows]),
         roll_sigma_deg=_roll_sigma_deg(covariance, count),
         roll_seen=seen > 0.0,
         iterations=steps,
@@ -437,7 +436,7 @@ def _widened(state: _State, points: list[Floats], sigma: list[Floats], response:
     for number, (p, s) in enumerate(zip(points, sigma, strict=True)):
         own = np.ascontiguousarray(response[:, :, UNKNOWNS * number : UNKNOWNS * (number + 1)])
         pose = np.ascontiguousarray(state.poses[number])
-        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, _TUKEY, own)
+        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, TUKEY, own)
         told = [0, 1, 3, 4, 5]  # all but the turn about the axis
         inverse = np.linalg.pinv(square[np.ix_(told, told)], hermitian=True)
         filled = int(np.count_nonzero(pulls.any(axis=1)))
@@ -445,11 +444,6 @@ def _widened(state: _State, points: list[Floats], sigma: list[Floats], response:
         excess = float(np.trace(inverse @ pulls[:, told].T @ pulls[:, told]))
         wide[number] = max(1.0, lost * excess)
     return wide
-
-
-def _scaled(row: Rows, factor: float) -> Rows:
-    moments, offsets, slopes, square, pull, z = row
-    return Rows(moments * factor, offsets * factor, slopes * factor, square * factor, pull * factor, z)
 
 
 def _middle(points: Floats, pose: Floats, z: Floats) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,17 +14,16 @@ from burrscan.axis.fitting.fit import (
     TUKEY,
     Curve,
     Fit,
+    add_square,
     curve_of,
     meridian,
     off_piece,
     piece_of,
-    symmetric,
 )
 from burrscan.axis.fitting.ridges import Pieces
 from burrscan.axis.fitting.scales import Thickness, relative_scales
 from burrscan.axis.jit import kernel
 
-Four: TypeAlias = tuple[float, float, float, float]
 SECTORS = 64
 """Of a whole turn, 5.6° each: wide enough to hold a burr or a spoke, many enough to tell their
 disagreement."""
@@ -60,31 +59,6 @@ class AxisCovariance:
 
 
 @kernel
-def _add_vector(row: Floats, at: int, w: float, J: Four) -> None:
-    """Add w J to four places of a row. Written out: it stays in registers."""
-    row[at] += w * J[0]
-    row[at + 1] += w * J[1]
-    row[at + 2] += w * J[2]
-    row[at + 3] += w * J[3]
-
-
-@kernel
-def _add_square(row: Floats, at: int, w: float, J: Four) -> None:
-    """Add the upper triangle of w J Jᵀ to ten places of a row."""
-    a, b, c = w * J[0], w * J[1], w * J[2]
-    row[at] += a * J[0]
-    row[at + 1] += a * J[1]
-    row[at + 2] += a * J[2]
-    row[at + 3] += a * J[3]
-    row[at + 4] += b * J[1]
-    row[at + 5] += b * J[2]
-    row[at + 6] += b * J[3]
-    row[at + 7] += c * J[2]
-    row[at + 8] += c * J[3]
-    row[at + 9] += w * J[3] * J[3]
-
-
-@kernel
 def _tally(
     points: Floats,
     raw: Floats,
@@ -101,14 +75,14 @@ def _tally(
 ) -> Floats:
     """Everything :func:`covariance_of` needs, in one pass.
 
-    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` sums,
-    per piece, w, w K, w v, w v K, w v K Kᵀ with v the variance of the slope and K the change of J with it.
-    The result is the upper triangle of Σ w J Jᵀ. The piece and J of a point come from its smoothed position,
-    its residual from the raw one: smoothing correlates neighbours, and what the pose makes of a
-    neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with the residual
-    would shrink the stated uncertainty.
+    ``scores`` sums w, w d, w J, w d J, w d² per piece, place along it and sector of angle. ``slopes`` (K, 2,
+    5, 5) sums, per piece, w K Kᵀ and w v K Kᵀ with v the variance of the slope and K 1 and
+    the change of J with it. The result is Σ w J Jᵀ. The piece and J of a point come
+    from its smoothed position, its residual from the raw one: smoothing correlates neighbours, and what the
+    pose makes of a neighbourhood's noise it hardly changes. Inliers count fully: a weight that shrinks with
+    the residual would shrink the stated uncertainty.
     """
-    A = np.zeros(10)
+    A, J, K = np.zeros((4, 4)), np.empty(4), np.ones(5)
     for i in range(points.shape[0]):
         x, y, z = meridian(points, i, frame, place)
         r = np.sqrt(x * x + y * y)
@@ -122,40 +96,35 @@ def _tally(
         cosine, sine = x / r, y / r
         g, h = z * mr - r * mz, z * mz + r * mr
         lean = response[k]
-        J = (
-            -g * sine - lean[0, 0] - t * (lean[1, 0] + t * lean[2, 0]),
-            g * cosine - lean[0, 1] - t * (lean[1, 1] + t * lean[2, 1]),
-            mr * cosine - lean[0, 2] - t * (lean[1, 2] + t * lean[2, 2]),
-            mr * sine - lean[0, 3] - t * (lean[1, 3] + t * lean[2, 3]),
-        )
-        K = (-h * sine, h * cosine, mz * cosine, mz * sine)
+        J[0], J[1], J[2], J[3] = -g * sine, g * cosine, mr * cosine, mr * sine
+        for p in range(4):
+            J[p] -= lean[0, p] + t * (lean[1, p] + t * lean[2, p])
+        K[1], K[2], K[3], K[4] = -h * sine, h * cosine, mz * cosine, mz * sine
         v = gram[k, 1, 1] + 4.0 * t * (gram[k, 1, 2] + t * gram[k, 2, 2])
         size = abs(x) + abs(y)
         turn = (1.0 - x / size if y >= 0.0 else 3.0 + x / size) * (SECTORS / 4)  # monotone in the angle
         a, b, c = meridian(raw, i, frame, place)
         d += (c - z) * mz + ((a - x) * cosine + (b - y) * sine) * mr
         u = min(BINS_ALONG - 1, max(0, int((t * 0.25 + 0.5) * BINS_ALONG)))
-        row, slope = scores[k, u, int(turn) % SECTORS], slopes[k]
+        row = scores[k, u, int(turn) % SECTORS]
         row[0] += w
         row[1] += w * d
         row[10] += w * d * d
-        _add_vector(row, 2, w, J)
-        _add_vector(row, 6, w * d, J)
-        _add_square(A, 0, w, J)
-        slope[0] += w
-        slope[5] += w * v
-        _add_vector(slope, 1, w, K)
-        _add_vector(slope, 6, w * v, K)
-        _add_square(slope, 10, w * v, K)
+        for p in range(4):
+            row[2 + p] += w * J[p]
+            row[6 + p] += w * d * J[p]
+        add_square(A, w, J)
+        add_square(slopes[k, 0], w, K)
+        add_square(slopes[k, 1], w * v, K)
     return A
 
 
 def _spurious(slopes: Floats, spacing: float) -> Floats:
     """Information that the noise of the generatrix's slopes feigns, per unit variance of a point."""
-    mean = slopes[:, 1:5] / np.maximum(slopes[:, :1], 1e-300)
-    cross = np.einsum("kp,kq->pq", slopes[:, 6:10], mean)
-    total = symmetric(slopes[:, 10:20].sum(axis=0)) - cross - cross.T
-    total += np.einsum("k,kp,kq->pq", slopes[:, 5], mean, mean)
+    mean = slopes[:, 0, 1:, 0] / np.maximum(slopes[:, 0, 0, 0], 1e-300)[:, None]
+    cross = np.einsum("kp,kq->pq", slopes[:, 1, 1:, 0], mean)
+    total = slopes[:, 1, 1:, 1:].sum(axis=0) - cross - cross.T
+    total += np.einsum("k,kp,kq->pq", slopes[:, 1, 0, 0], mean, mean)
     return np.asarray(total / spacing**2)
 
 
@@ -169,7 +138,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit, thick:
     that the raw residuals would make of it: smoothing and the choice of points near edges draw by about that.
     """
     scores = np.zeros((len(fit.coefficients), BINS_ALONG, SECTORS, 11))
-    slopes = np.zeros((len(fit.coefficients), 20))
+    slopes = np.zeros((len(fit.coefficients), 2, 5, 5))
     relative = relative_scales(thick, fit)
     A = _tally(
         points, raw, weights, fit.frame, fit.place, curve_of(fit), relative, TUKEY * fit.sigma,
@@ -184,7 +153,7 @@ def covariance_of(points: Floats, raw: Floats, weights: Floats, fit: Fit, thick:
         radius=float(np.median(fit.pieces.centre[:, 1])),
         along=REACH_ALONG * fit.pieces.spacing / BINS_ALONG,
     )
-    return _composed(symmetric(A) - told.known, spurious, told, variance, fit.pieces, shared)
+    return _composed(A - told.known, spurious, told, variance, fit.pieces, shared)
 
 
 class _Told(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from burrscan.arrays import Bools, Floats, Ints16, Ints32
+from burrscan.arrays import Bools, Floats, Ints16
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.axis.fitting.ridges import GATE, Pieces, find_pieces, meridian_bounds
 from burrscan.axis.jit import kernel
@@ -34,8 +34,6 @@ SETTLED = 0.2
 BINS = 256
 """Of the histogram that the median of |d| is read off: a bin is 3 % of sigma at 8 sigma, and is
 interpolated in."""
-BLOCK = 128
-"""Points handled together: their intermediate values stay in the fastest memory."""
 FEWEST = 12.0
 """A piece with less than this weight of points, or less than a fortieth of the mean weight, is left out."""
 BEND = 0.2
@@ -118,102 +116,12 @@ def off_piece(z: float, r: float, k: int, curve: Curve) -> tuple[float, float, f
 
 
 @kernel
-def _in_frame(
-    points: Floats,
-    begin: int,
-    count: int,
-    frame: Floats,
-    place: Floats,
-    curve: Curve,
-    block: Floats,
-    at: Ints32,
-) -> None:
-    """Cosine, sine, z and r of ``count`` points, and their places in the map of pieces (-1 outside).
-
-    Loops without branches, the second over one kind of stride: the compiler makes vector instructions of it.
-    """
-    fx0, fx1, fx2 = frame[0, 0], frame[0, 1], frame[0, 2]
-    fy0, fy1, fy2 = frame[1, 0], frame[1, 1], frame[1, 2]
-    fz0, fz1, fz2 = frame[2, 0], frame[2, 1], frame[2, 2]
-    p0, p1, p2 = place[0], place[1], place[2]
-    low_z, low_r, per = curve.origin[0], curve.origin[1], 1.0 / curve.cell
-    rows, columns = curve.labels.shape
-    cosine, sine, height, radius = block[0], block[1], block[2], block[3]
-    for j in range(count):
-        i = begin + j
-        a, b, c = points[i, 0] - p0, points[i, 1] - p1, points[i, 2] - p2
-        cosine[j] = a * fx0 + b * fy0 + c * fz0
-        sine[j] = a * fx1 + b * fy1 + c * fz1
-        height[j] = a * fx2 + b * fy2 + c * fz2
-    for j in range(count):
-        x, y, z = cosine[j], sine[j], height[j]
-        r = np.sqrt(x * x + y * y)
-        u, v = (z - low_z) * per, (r - low_r) * per
-        inside = (u >= 0.0) & (v >= 0.0) & (u < rows) & (v < columns)
-        cosine[j], sine[j], radius[j] = x / r, y / r, r
-        at[j] = np.int32(u) * columns + np.int32(v) if inside else -1
-
-
-@kernel
-def _on_pieces(count: int, curve: Curve, block: Floats, at: Ints32, which: Ints32) -> int:
-    """Move the points that have a piece to the front of the block and return how many.
-
-    Of each: cosine, sine, the derivatives of d by a tilt and by an offset in its meridian, t and d. Its piece
-    goes to ``at``, its number in the block to ``which``.
-    """
-    labels = curve.labels.ravel()
-    found = 0
-    for j in range(count):
-        k = labels[np.uint32(at[j])] if at[j] >= 0 else -1
-        if k < 0:
-            continue
-        z, r = block[2, j], block[3, j]
-        t, d, mz, mr = off_piece(z, r, k, curve)
-        block[0, found], block[1, found], at[found], which[found] = block[0, j], block[1, j], k, j
-        block[2, found], block[3, found], block[4, found], block[5, found] = z * mr - r * mz, mr, t, d
-        found += 1
-    return found
-
-
-@kernel
-def _add(row: Floats, w: float, t: float, d: float, J: tuple[float, float, float, float]) -> None:
-    """Add a point to its piece's sums, see :func:`_accumulate`. Written out: it stays in registers."""
-    a, b, c, e = J
-    wt, wtt, wd, wa, wb, wc, we = w * t, w * t * t, w * d, w * a, w * b, w * c, w * e
-    row[0] += w
-    row[1] += wt
-    row[2] += wtt
-    row[3] += wtt * t
-    row[4] += wtt * t * t
-    row[5] += wd
-    row[6] += wd * t
-    row[7] += wd * t * t
-    row[8] += wa
-    row[9] += wb
-    row[10] += wc
-    row[11] += we
-    row[12] += wa * t
-    row[13] += wb * t
-    row[14] += wc * t
-    row[15] += we * t
-    row[16] += wa * t * t
-    row[17] += wb * t * t
-    row[18] += wc * t * t
-    row[19] += we * t * t
-    row[20] += wa * a
-    row[21] += wa * b
-    row[22] += wa * c
-    row[23] += wa * e
-    row[24] += wb * b
-    row[25] += wb * c
-    row[26] += wb * e
-    row[27] += wc * c
-    row[28] += wc * e
-    row[29] += we * e
-    row[30] += wa * d
-    row[31] += wb * d
-    row[32] += wc * d
-    row[33] += we * d
+def add_square(total: Floats, w: float, v: Floats) -> None:
+    """Add w v vᵀ to a square matrix. Whole rows: they fit a processor's vectors, half of them do not."""
+    for i in range(len(v)):
+        part = w * v[i]
+        for j in range(len(v)):
+            total[i, j] += part * v[j]
 
 
 @kernel
@@ -228,41 +136,37 @@ def _accumulate(
     sums: Floats,
     spread: Floats,
 ) -> None:
-    """One pass over the points, a block at a time.
+    """One pass over the points.
 
-    Adds per piece, with t along it and d off it: rows of ``sums`` hold t^0..t^4 (5), d t^0..t^2 (3),
-    J t^0..t^2 (12), J Jᵀ (10), d J (4), each times the weight. ``spread`` is a histogram of |d| up to
+    ``sums`` (K, 8, 8) adds up w v vᵀ per piece with v = (1, t, t², J, d): the place t
+    along it, the distance d off it, and J, what the pose does to d. ``spread`` is a histogram of |d| up to
     ``top``.
     """
-    fine, tight = BINS / top, 1.0 / limit
-    block, at, which = np.empty((6, BLOCK)), np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
-    weighted = weights.shape[0] > 0
-    for begin in range(0, points.shape[0], BLOCK):
-        count = min(BLOCK, points.shape[0] - begin)
-        _in_frame(points, begin, count, frame, place, curve, block, at)
-        for j in range(_on_pieces(count, curve, block, at, which)):
-            cosine, sine, tilt = block[0, j], block[1, j], block[2, j]
-            shift, t, d = block[3, j], block[4, j], block[5, j]
-            w, size = 1.0, abs(d)
-            if weighted:
-                w = weights[begin + which[j]]
-                size *= np.sqrt(w)
-            if size < top:
-                spread[np.uint32(min(int(size * fine), BINS - 1))] += 1.0
-            if size < limit:
-                w *= (1.0 - (size * tight) ** 2) ** 2
-                J = (-tilt * sine, tilt * cosine, shift * cosine, shift * sine)
-                _add(sums[np.uint32(at[j])], w, t, d, J)
+    v = np.ones(8)
+    for i in range(points.shape[0]):
+        x, y, z = meridian(points, i, frame, place)
+        r = np.sqrt(x * x + y * y)
+        k = piece_of(z, r, curve)
+        if k < 0:
+            continue
+        t, d, mz, mr = off_piece(z, r, k, curve)
+        w = weights[i] if weights.shape[0] > 0 else 1.0
+        size = abs(d) * np.sqrt(w)
+        if size < top:
+            spread[min(int(size / top * BINS), BINS - 1)] += 1.0
+        if size < limit:
+            cosine, sine, tilt = x / r, y / r, z * mr - r * mz
+            v[1], v[2], v[7] = t, t * t, d
+            v[3], v[4], v[5], v[6] = -tilt * sine, tilt * cosine, mr * cosine, mr * sine
+            add_square(sums[k], w * (1.0 - (size / limit) ** 2) ** 2, v)
 
 
-def inverses(moments: Floats, stiffness: float, some: Bools) -> Floats:
+def inverses(normal: Floats, stiffness: float, some: Bools) -> Floats:
     """(K, 3, 3) inverse of each piece's normal matrix of 1, t, t² with its prior; zero where not ``some``.
 
-    ``moments`` (K, 5) sums t⁰ to t⁴, ``some`` is (K,); ``stiffness`` is the prior's weight of slope and bend.
+    ``normal`` (K, 3, 3), ``some`` is (K,); ``stiffness`` is the prior's weight of slope and bend.
     """
-    matrix = moments[:, [[0, 1, 2], [1, 2, 3], [2, 3, 4]]]
-    matrix[:, [1, 2], [1, 2]] += stiffness
-    matrix[:, range(3), range(3)] += 1e-9 * moments[:, :1]
+    matrix = normal + np.diag([0.0, stiffness, stiffness]) + 1e-9 * normal[:, :1, :1] * np.eye(3)
     inverse = np.zeros_like(matrix)
     inverse[some] = np.linalg.inv(matrix[some])
     return np.asarray(inverse)
@@ -270,21 +174,15 @@ def inverses(moments: Floats, stiffness: float, some: Bools) -> Floats:
 
 def _eliminated(sums: Floats, stiffness: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Normal equations H, g of the pose without the pieces; each piece's offset, response, inverse matrix."""
-    some = sums[:, 0] >= max(FEWEST, 0.025 * float(sums[:, 0].mean()))
-    sums = sums * some[:, None]
-    inverse = inverses(sums[:, :5], stiffness, some)
-    slopes = sums[:, 8:20].reshape(-1, 3, 4)
-    offset, response = np.einsum("kij,kj->ki", inverse, sums[:, 5:8]), inverse @ slopes
-    H = symmetric(sums[:, 20:30].sum(axis=0)) - np.einsum("kip,kiq->pq", slopes, response)
-    g = sums[:, 30:34].sum(axis=0) - np.einsum("kip,ki->p", slopes, offset)
+    some = sums[:, 0, 0] >= max(FEWEST, 0.025 * float(sums[:, 0, 0].mean()))
+    sums = sums * some[:, None, None]
+    inverse = inverses(sums[:, :3, :3], stiffness, some)
+    slopes = sums[:, :3, 3:7]
+    offset, response = np.einsum("kij,kj->ki", inverse, sums[:, :3, 7]), inverse @ slopes
+    total = sums[:, 3:7, 3:].sum(axis=0)
+    H = total[:, :4] - np.einsum("kip,kiq->pq", slopes, response)
+    g = total[:, 4] - np.einsum("kip,ki->p", slopes, offset)
     return H, g, offset, response, inverse
-
-
-def symmetric(upper: Floats) -> Floats:
-    """(4, 4) matrix from the ten entries of its upper triangle, row by row."""
-    matrix = np.zeros((4, 4))
-    matrix[np.triu_indices(4)] = upper
-    return matrix + np.triu(matrix, 1).T
 
 
 def rotation_by(w: Floats) -> Floats:
@@ -371,7 +269,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
 
     Returns its length in standard deviations of the pose.
     """
-    sums, spread = np.zeros((len(fit.coefficients), 34)), np.zeros(BINS)
+    sums, spread = np.zeros((len(fit.coefficients), 8, 8)), np.zeros(BINS)
     top = min(gate, 8 * fit.sigma)
     _accumulate(points, weights, fit.frame, fit.place, curve_of(fit), TUKEY * fit.sigma, top, sums, spread)
     stiffness = (max(fit.sigma, fit.raw_sigma) / (BEND * fit.pieces.spacing)) ** 2
@@ -379,7 +277,7 @@ def _step(points: Floats, weights: Floats, fit: Fit, gate: float, *, freedom: fl
     fit.coefficients = fit.coefficients + offset + fit.response @ step
     fit.frame, fit.place = _moved(step, fit.frame, fit.place)
     fit.sigma = max(median_sigma(spread, top), fit.least)
-    fit.inliers, fit.steps = float(sums[:, 0].sum()), fit.steps + 1
+    fit.inliers, fit.steps = float(sums[:, 0, 0].sum()), fit.steps + 1
     return size / max(fit.sigma, fit.raw_sigma)
 
 

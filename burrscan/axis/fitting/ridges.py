@@ -54,46 +54,28 @@ class Pieces:
     spacing: float
 
 
-@kernel
 def meridian_bounds(points: Floats, frame: Floats, place: Floats, reach: float) -> Floats:
     """Least and greatest z and r of the points within reach."""
-    low_z, high_z, low_r, high_r = 1e300, -1e300, 1e300, -1e300
-    for i in range(points.shape[0]):
-        if abs(points[i, 0]) >= reach or abs(points[i, 1]) >= reach or abs(points[i, 2]) >= reach:
-            continue
-        a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
-        x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
-        y = a * frame[0, 1] + b * frame[1, 1] + c * frame[2, 1]
-        z = a * frame[0, 2] + b * frame[1, 2] + c * frame[2, 2]
-        r = np.sqrt(x * x + y * y)
-        low_z, high_z = min(low_z, z), max(high_z, z)
-        low_r, high_r = min(low_r, r), max(high_r, r)
-    return np.array([low_z, high_z, low_r, high_r])
+    z, r = _meridian(points[(np.abs(points) < reach).all(axis=1)], frame, place)
+    return np.array([z.min(), z.max(), r.min(), r.max()])
 
 
-@kernel
-def _histogram(
-    points: Floats, weights: Floats, frame: Floats, place: Floats, origin: Floats, cell: float, field: Floats
-) -> None:
-    """Sums of 1, z, r, zz, zr, rr per cell, coordinates taken from the origin."""
-    for i in range(points.shape[0]):
-        a, b, c = points[i, 0] - place[0], points[i, 1] - place[1], points[i, 2] - place[2]
-        x = a * frame[0, 0] + b * frame[1, 0] + c * frame[2, 0]
-        y = a * frame[0, 1] + b * frame[1, 1] + c * frame[2, 1]
-        z = a * frame[0, 2] + b * frame[1, 2] + c * frame[2, 2] - origin[0]
-        r = np.sqrt(x * x + y * y) - origin[1]
-        if z < 0.0 or r < 0.0:
-            continue
-        j, k = int(z / cell), int(r / cell)
-        if j >= field.shape[0] or k >= field.shape[1]:
-            continue
-        w = weights[i] if weights.shape[0] > 0 else 1.0
-        field[j, k, 0] += w
-        field[j, k, 1] += w * z
-        field[j, k, 2] += w * r
-        field[j, k, 3] += w * z * z
-        field[j, k, 4] += w * z * r
-        field[j, k, 5] += w * r * r
+def _meridian(points: Floats, frame: Floats, place: Floats) -> tuple[Floats, Floats]:
+    """(V,) z and r of points in the frame of an axis."""
+    x, y, z = np.einsum("vi,ij->jv", points - place, frame)
+    return z, np.hypot(x, y)
+
+
+def _histogram(z: Floats, r: Floats, weights: Floats, cell: float, shape: tuple[int, int]) -> Floats:
+    """(*shape, 6) sums of 1, z, r, zz, zr, rr per cell; a point outside counts in none."""
+    inside = (z >= 0.0) & (r >= 0.0) & (z < shape[0] * cell) & (r < shape[1] * cell)
+    z, r, w = z[inside], r[inside], weights[inside] if len(weights) else np.ones(np.count_nonzero(inside))
+    flat = np.minimum((z / cell).astype(np.int64), shape[0] - 1) * shape[1]
+    flat += np.minimum((r / cell).astype(np.int64), shape[1] - 1)
+    terms = (w, w * z, w * r, w * z * z, w * z * r, w * r * r)
+    size = shape[0] * shape[1]
+    sums: Floats = np.stack([np.bincount(flat, term, size) for term in terms], axis=1)
+    return sums.reshape(*shape, 6)
 
 
 @kernel
@@ -195,9 +177,9 @@ def density_field(
     area = (bounds[1] - bounds[0] + 8 * blur) * (bounds[3] - bounds[2] + 8 * blur)
     cell = max(cell, float(np.sqrt(area / MAX_CELLS)))
     origin = np.array([np.floor(bounds[0] / cell) * cell, np.floor(bounds[2] / cell) * cell]) - 4 * cell
-    shape = [int((bounds[1] - origin[0]) / cell) + 6, int((bounds[3] - origin[1]) / cell) + 6]
-    field = np.zeros((*shape, 6))
-    _histogram(points, weights, frame, place, origin, cell, field)
+    shape = int((bounds[1] - origin[0]) / cell) + 6, int((bounds[3] - origin[1]) / cell) + 6
+    z, r = _meridian(points, frame, place)
+    field = _histogram(z - origin[0], r - origin[1], weights, cell, shape)
     half = int(np.ceil(2.5 * CELLS_PER_BLUR))
     kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / CELLS_PER_BLUR) ** 2)
     return _blurred(field, kernel / kernel.sum()), origin, cell

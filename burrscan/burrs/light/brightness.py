@@ -8,7 +8,7 @@ the finish.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.row_sigma import row_sigma
@@ -55,40 +55,22 @@ def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Fl
     return rest, predicted, scatter
 
 
-@njit(cache=True, parallel=True, nogil=True)
 def _parabolas(values: Floats, weight: Floats, half: int, gap: int, least: float) -> Floats:
-    """The value at every cell of a weighted parabola through its row's neighbours; NaN with too few."""
-    rows, columns = values.shape
-    out = np.full((rows, columns), np.nan)
-    for i in prange(rows):
-        for j in range(columns):
-            out[i, j] = _parabola(values[i], weight[i], j, half, gap, least)
-    return out
+    """(rows, columns) value at every cell of a weighted parabola through its row's neighbours.
 
+    By the normal equations, whose sums are correlations along the rows; NaN with too few neighbours.
+    """
+    x = np.arange(-half, half + 1) / half
+    share = (1.0 - (x * half / (half + 1.0)) ** 2) * (np.abs(x) * half > gap)
 
-@njit(cache=True, nogil=True)
-def _parabola(values: Floats, weight: Floats, j: int, half: int, gap: int, least: float) -> float:
-    """The value at one cell of its row's parabola, by the normal equations."""
-    s0, s1, s2, s3, s4, b0, b1, b2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    found = 0
-    for k in range(-half, half + 1):
-        if abs(k) <= gap or not 0 <= j + k < values.size or weight[j + k] == 0.0:
-            continue
-        found += 1
-        x = k / half
-        w = weight[j + k] * (1.0 - (k / (half + 1.0)) ** 2)
-        y = values[j + k]
-        s0 += w
-        s1 += w * x
-        s2 += w * x * x
-        s3 += w * x * x * x
-        s4 += w * x * x * x * x
-        b0 += w * y
-        b1 += w * x * y
-        b2 += w * x * x * y
-    if found < least * 2 * (half - gap):
-        return np.nan
+    def summed(image: Floats, kernel: Floats) -> Floats:
+        return np.asarray(ndimage.correlate1d(image, kernel, axis=1, mode="constant"))
+
+    s0, s1, s2, s3, s4 = (summed(weight, share * x**power) for power in range(5))
+    b0, b1, b2 = (summed(weight * values, share * x**power) for power in range(3))
+    found = summed((weight > 0.0).astype(float), np.where(share > 0.0, 1.0, 0.0))
     # Cramer's rule for the constant term
     det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
     top = b0 * (s2 * s4 - s3 * s3) - s1 * (b1 * s4 - b2 * s3) + s2 * (b1 * s3 - b2 * s2)
-    return top / det if det > 1e-9 * s0**3 else np.nan
+    known = (found > least * 2 * (half - gap) - 0.5) & (det > 1e-9 * s0**3)
+    return np.where(known, top / np.where(known, det, 1.0), np.nan)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints32
 
 _MOST = 0.35
 """A mesh with a larger share of border than this is full of pinholes: its border is nothing special."""
@@ -20,8 +19,12 @@ def inner(faces: Ints32, count: int) -> Bools:
     """
     if not len(faces):
         return np.ones(count, dtype=np.bool_)
-    balance, used = _balance(faces, count)
-    inside: Bools = (balance == 0) & used
+    # In a fan that closes each neighbour is next once and previous once; in one with a gap two are left over.
+    balance = np.zeros(count)
+    for corner in range(3):
+        before, after = (faces[:, (corner + step) % 3].astype(np.float64) for step in (2, 1))
+        balance += np.bincount(faces[:, corner], after - before, count)
+    inside: Bools = (balance == 0.0) & (np.bincount(faces.ravel(), minlength=count) > 0)
     return inside if inside.mean() > 1.0 - _MOST else np.ones(count, dtype=np.bool_)
 
 
@@ -32,19 +35,3 @@ def border_spread_mm(deviation_mm: Floats) -> float:
     that it is an island of the mesh is all border.
     """
     return float(np.quantile(np.abs(deviation_mm), 0.98)) / 1.645 if len(deviation_mm) else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _balance(faces: Ints32, count: int) -> tuple[Ints, Bools]:
-    """Per vertex, the next less the previous corner over all its faces.
-
-    In a fan that closes each neighbour is next once and previous once; in one with a gap two are left over.
-    """
-    balance, used = np.zeros(count, np.int64), np.zeros(count, np.bool_)
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        balance[a] += b - c
-        balance[b] += c - a
-        balance[c] += a - b
-        used[a] = used[b] = used[c] = True
-    return balance, used

@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
-from burrscan.arrays import Bools, Floats, Ints
+from burrscan.arrays import Floats, Ints
 from burrscan.burrs.shape.patch import Patch
 
 _PLACES, _WIDTHS = 41, 33
@@ -140,7 +139,7 @@ def _converged(patch: Patch, start: Floats, grid: _Grid, most: float) -> Posteri
     for _ in range(_PASSES):
         weight = _weights(patch, model)
         slope = float(model[2])
-        nodes = _Nodes(*_matched(*_running(patch, weight, slope), grid.half_mm, grid.place_mm, most))
+        nodes = _matched(*_running(patch, weight, slope), grid, most)
         if not np.isfinite(nodes.chi2).any():
             return result
         i, j = np.unravel_index(int(np.argmin(nodes.chi2)), nodes.chi2.shape)
@@ -234,52 +233,27 @@ def _running(patch: Patch, weight: Floats, slope: float) -> tuple[Floats, Floats
     return v, sums, float(w @ (y * y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _past(v: Floats, start: int, place: float) -> int:
-    """The first of the sorted ``v`` from ``start`` on that is not below a place."""
-    while start < len(v) and v[start] < place:
-        start += 1
-    return start
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _matched(
-    v: Floats,
-    sums: Floats,
-    square: float,
-    halves: Floats,
-    places: Floats,
-    most: float,
-) -> tuple[Floats, Floats, Floats, Floats]:
+def _matched(v: Floats, sums: Floats, square: float, grid: _Grid, most: float) -> _Nodes:
     """Least squares of height and turn, at ``most`` so large, at every node; infinite where nothing rises."""
-    shape = places.shape
-    chi2, height = np.full(shape, np.inf), np.zeros(shape)
-    turn, information = np.zeros(shape), np.zeros(shape)
-    for i in range(shape[0]):
-        first, crest, last = 0, 0, 0
-        for j in range(shape[1]):
-            w, c = halves[i], places[i, j]
-            # Places come in order, so that the ends of the flanks only move on.
-            first, crest, last = _past(v, first, c - w), _past(v, crest, c), _past(v, last, c + w)
-            hh, hk, kk, hy, ky = 0.0, 0.0, 0.0, 0.0, 0.0
-            for side in range(2):
-                s = sums[crest] - sums[first] if side == 0 else sums[last] - sums[crest]
-                b = 1.0 / w if side == 0 else -1.0 / w
-                a = 1.0 - b * c
-                hh += a * a * s[0] + 2.0 * a * b * s[1] + b * b * s[2]
-                hy += a * s[3] + b * s[4]
-                hk -= b * (a * s[5] + b * s[6])
-                kk += b * b * s[7]
-                ky -= b * s[8]
-            information[i, j] = hh
-            # The ratio of the two unknowns, height and height times turn, held to where it is linear.
-            t, whole = hh * ky - hk * hy, kk * hy - hk * ky
-            t = min(max(t / whole, -most), most) if whole > 1e-9 * kk * hy else 0.0
-            match, power = hy + t * ky, hh + 2.0 * t * hk + t * t * kk
-            if match > 0.0 and hh > 0.0 and power > 0.0:
-                chi2[i, j] = max(square - match * match / power, 0.0)
-                height[i, j], turn[i, j] = match / power, t
-    return chi2, height, turn, information
+    w, c = grid.half_mm[:, None], grid.place_mm
+    first, crest, last = (sums[np.searchsorted(v, at)] for at in (c - w, c, c + w))
+    hh, hk, kk, hy, ky = np.zeros((5, *c.shape))
+    for flank, b in ((crest - first, 1.0 / w), (last - crest, -1.0 / w)):
+        s, a = np.moveaxis(flank, -1, 0), 1.0 - b * c
+        hh += a * a * s[0] + 2.0 * a * b * s[1] + b * b * s[2]
+        hy += a * s[3] + b * s[4]
+        hk -= b * (a * s[5] + b * s[6])
+        kk += b * b * s[7]
+        ky -= b * s[8]
+    # The ratio of the two unknowns, height and height times turn, held to where it is linear.
+    turned, whole = hh * ky - hk * hy, kk * hy - hk * ky
+    told = (whole > 1e-9 * kk * hy) & (whole != 0.0)
+    turn = np.where(told, np.clip(turned / np.where(told, whole, 1.0), -most, most), 0.0)
+    match, power = hy + turn * ky, hh + 2.0 * turn * hk + turn * turn * kk
+    rises = (match > 0.0) & (hh > 0.0) & (power > 0.0)
+    height = np.where(rises, match / np.where(rises, power, 1.0), 0.0)
+    chi2 = np.where(rises, np.maximum(square - match * height, 0.0), np.inf)
+    return _Nodes(chi2, height, turn, hh)
 
 
 def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterior | None:
@@ -287,78 +261,26 @@ def _summed(grid: _Grid, nodes: _Nodes, slope: float, misfit: float) -> Posterio
     some = np.isfinite(nodes.chi2) & (nodes.height_mm < 2.0 * STEEPEST * grid.half_mm[:, None])
     if not some.any():
         return None
-    mean, covariance, total, least, information = _moments(
-        some,
-        nodes.chi2,
-        nodes.height_mm,
-        nodes.turn,
-        nodes.information,
-        grid.half_mm,
-        grid.place_mm,
-        slope,
-        misfit,
-    )
+    chi2 = np.where(some, nodes.chi2, np.inf)
+    height, information = (np.where(some, one, 1.0) for one in (nodes.height_mm, nodes.information))
+    best = np.unravel_index(int(np.argmin(chi2)), chi2.shape)
+    half = grid.half_mm[:, None]
+    stretch = np.ptp(grid.place_mm, axis=1, keepdims=True) * np.log(half[-1] / half[0])
+    aspect = np.log(height / (2.0 * half)) / _WITHIN_E
+    share = np.exp(-0.5 * ((chi2 - chi2[best]) / misfit + aspect**2))
+    mass = share * stretch / (height * np.sqrt(information))
+    total = float(mass.sum())
+    logs = np.log(height), np.broadcast_to(np.log(half), chi2.shape)
+    value = np.stack([logs[0], grid.place_mm, slope + nodes.turn, logs[1]])
+    mean = (mass * value).sum(axis=(1, 2)) / total
+    off = value - mean[:, None, None]
+    covariance = np.einsum("kij,mij->km", mass * off, off) / total
+    covariance[0, 0] += float((mass * misfit / (information * height**2)).sum()) / total
     mean[[0, 3]] = np.exp(mean[[0, 3]])
     scale = np.array([mean[0], 1.0, 1.0, mean[3]])
-    noise = float(np.sqrt(misfit / information))
+    noise = float(np.sqrt(misfit / information[best]))
     volume = float(np.log(max(total, 1e-300)))
-    return Posterior(mean, covariance * np.outer(scale, scale), least, noise, misfit, volume)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _add_moments(mass: float, value: Floats, first: Floats, second: Floats) -> None:
-    """Add a node's mass to the first moments (4,) and the upper triangle of the second ones (4, 4)."""
-    for k in range(4):
-        first[k] += mass * value[k]
-        for m in range(k, 4):
-            second[k, m] += mass * value[k] * value[m]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _moments(
-    some: Bools,
-    chi2: Floats,
-    height: Floats,
-    turn: Floats,
-    information: Floats,
-    halves: Floats,
-    places: Floats,
-    slope: float,
-    misfit: float,
-) -> tuple[Floats, Floats, float, float, float]:
-    """Mean and covariance of (log height, place, slope, log half-width), the whole, least chi-square.
-
-    Last, the information of the height where chi-square is least.
-    """
-    least, best = np.inf, 0.0
-    for i in range(chi2.shape[0]):
-        for j in range(chi2.shape[1]):
-            if some[i, j] and chi2[i, j] < least:
-                least, best = chi2[i, j], information[i, j]
-    ratio = np.log(halves[-1] / halves[0])
-    origin = np.array([0.0, places[0, 0], slope, 0.0])
-    first, second, value = np.zeros(4), np.zeros((4, 4)), np.empty(4)
-    total, open_height = 0.0, 0.0
-    for i in range(chi2.shape[0]):
-        stretch = (places[i].max() - places[i].min()) * ratio
-        for j in range(chi2.shape[1]):
-            if not some[i, j]:
-                continue
-            h = height[i, j]
-            aspect = np.log(h / (2.0 * halves[i])) / _WITHIN_E
-            share = np.exp(-0.5 * ((chi2[i, j] - least) / misfit + aspect * aspect))
-            mass = share * stretch / (h * np.sqrt(information[i, j]))
-            value[0], value[1] = np.log(h), places[i, j] - origin[1]
-            value[2], value[3] = turn[i, j], np.log(halves[i])
-            total += mass
-            open_height += mass * misfit / (information[i, j] * h * h)
-            _add_moments(mass, value, first, second)
-    mean, covariance = first / total, np.empty((4, 4))
-    for k in range(4):
-        for m in range(k, 4):
-            covariance[k, m] = covariance[m, k] = second[k, m] / total - mean[k] * mean[m]
-    covariance[0, 0] += open_height / total
-    return mean + origin, covariance, total, least, best
+    return Posterior(mean, covariance * np.outer(scale, scale), float(chi2[best]), noise, misfit, volume)
 
 
 def _zoomed(grid: _Grid, chi2: Floats) -> _Grid | None:

@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy.special import chdtri
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.shape.grid_posterior import REACH, posterior_of
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.section import section, sections
+from burrscan.burrs.shape.section import section
 
 _STEPS = 25
 """Bounds Levenberg-Marquardt on five parameters, which ends by itself where a step gains nothing."""
@@ -110,7 +109,7 @@ class Ridge:
         _, centre, slope, half, asymmetry = self.parameters
         v = patch.v_mm - centre - slope * patch.u_mm
         left, right = half * (1.0 - asymmetry), half * (1.0 + asymmetry)
-        return np.asarray(sections(v, left, right, self.power, self.footprint_mm))
+        return section(v, left, right, self.power, self.footprint_mm)[0]
 
 
 def first_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
@@ -186,37 +185,16 @@ def _guess(patch: Patch, spacing: float) -> Floats | None:
     near = patch.v_mm[rising] if rising.sum() > 3 else patch.v_mm
     low, high = np.quantile(near, [0.02, 0.98])
     count = min(max(int((high - low) / (0.25 * spacing)) + 1, 3), 60)
-    best = _best_of_grid(
-        patch.v_mm, patch.lift_mm, patch.sigma_mm, np.linspace(low, high, count), spacing * _HALF_WIDTHS
-    )
-    return np.array([best[0], best[1], 0.0, best[2], 0.0]) if best[0] > 0.0 else None
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _match(v: Floats, lift: Floats, sigma: Floats, centre: float, half: float) -> tuple[float, float]:
-    """A triangle's weighted square, and its product with the data."""
-    power, match = 0.0, 0.0
-    for i in range(len(v)):
-        shape = 1.0 - abs(v[i] - centre) / half
-        if shape > 0.0:
-            weight = shape / (sigma[i] * sigma[i])
-            power += weight * shape
-            match += weight * lift[i]
-    return power, match
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _best_of_grid(
-    v: Floats, lift: Floats, sigma: Floats, centres: Floats, halves: Floats
-) -> tuple[float, float, float]:
-    """Height, position and half-width of the best triangle."""
-    best, height, centre, half = 0.0, 0.0, 0.0, 0.0
-    for c in centres:
-        for w in halves:
-            power, match = _match(v, lift, sigma, c, w)
-            if match > 0.0 and match * match / power > best:
-                best, height, centre, half = match * match / power, match / power, c, w
-    return height, centre, half
+    best = np.zeros(4)
+    for half in spacing * _HALF_WIDTHS:
+        for centre in np.linspace(low, high, count):
+            shape = np.maximum(1.0 - np.abs(patch.v_mm - centre) / half, 0.0)
+            weighted = shape / patch.sigma_mm**2
+            match, power = float((weighted * patch.lift_mm).sum()), float((weighted * shape).sum())
+            if match > 0.0 and match**2 / power > best[0]:
+                best = np.array([match**2 / power, match / power, centre, half])
+    _, height, centre, half = best
+    return np.array([height, centre, 0.0, half, 0.0]) if height > 0.0 else None
 
 
 def _fitted(
@@ -231,17 +209,7 @@ def _fitted(
     """Levenberg-Marquardt over the free parameters; the slope only where the burr is long enough for one."""
     free = free.copy()
     free[2] &= bool(np.ptp(patch.u_mm) >= _LONG * spacing)
-    parameters, chi2, normal = _descend(
-        patch.u_mm,
-        patch.v_mm,
-        patch.lift_mm,
-        patch.sigma_mm,
-        start.copy(),
-        power,
-        footprint,
-        free,
-        0.35 * spacing,
-    )
+    parameters, chi2, normal = _descend(patch, start.copy(), power, footprint, free, 0.35 * spacing)
     misfit = max(1.0, chi2 / max(len(patch.u_mm) - int(free.sum()), 1))
     noise = float(np.sqrt(misfit / max(normal[0, 0], 1e-300)))
     return Ridge(
@@ -270,38 +238,24 @@ def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
     return covariance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _equations(
-    u: Floats, v: Floats, lift: Floats, sigma: Floats, p: Floats, power: int, footprint: float
-) -> tuple[float, Floats, Floats]:
+def _equations(patch: Patch, p: Floats, power: int, footprint: float) -> tuple[float, Floats, Floats]:
     """Robust chi-square, gradient and normal matrix."""
-    chi2, gradient, normal, row = 0.0, np.zeros(5), np.zeros((5, 5)), np.empty(5)
-    left, right = p[3] * (1.0 - p[4]), p[3] * (1.0 + p[4])
-    for i in range(len(u)):
-        shape, by_x, by_left, by_right = section(v[i] - p[1] - p[2] * u[i], left, right, power, footprint)
-        residual = lift[i] - p[0] * shape
-        known = 1.0 / sigma[i]
-        z, w = abs(residual) * known, known * known
-        if z > _HUBER:
-            w *= _HUBER / z
-            chi2 += 2.0 * _HUBER * z - _HUBER * _HUBER
-        else:
-            chi2 += z * z
-        if shape == 0.0:
-            continue
-        row[0] = shape
-        row[1] = -p[0] * by_x
-        row[2] = row[1] * u[i]
-        row[3] = p[0] * (by_left * (1.0 - p[4]) + by_right * (1.0 + p[4]))
-        row[4] = p[0] * p[3] * (by_right - by_left)
-        for j in range(5):
-            gradient[j] += w * row[j] * residual
-            for k in range(j, 5):
-                normal[j, k] += w * row[j] * row[k]
-    for j in range(5):
-        for k in range(j):
-            normal[j, k] = normal[k, j]
-    return chi2, gradient, normal
+    less, more = 1.0 - p[4], 1.0 + p[4]
+    across = patch.v_mm - p[1] - p[2] * patch.u_mm
+    shape, by_x, by_left, by_right = section(across, p[3] * less, p[3] * more, power, footprint)
+    by_half, by_lean = by_left * less + by_right * more, p[3] * (by_right - by_left)
+    J = np.stack([shape, *(p[0] * one for one in (-by_x, -by_x * patch.u_mm, by_half, by_lean))])
+    residual = patch.lift_mm - p[0] * shape
+    z = np.abs(residual) / patch.sigma_mm
+    weighted = J * np.minimum(1.0, _HUBER / np.maximum(z, 1e-300)) / patch.sigma_mm**2
+    chi2 = float(_huber(z).sum())
+    # no BLAS: the same bits on any number of cores
+    return chi2, np.einsum("in,n->i", weighted, residual), np.einsum("in,jn->ij", weighted, J)
+
+
+def _huber(z: Floats) -> Floats:
+    """(N,) squares of deviations in sigma, as far as they count."""
+    return np.where(z > _HUBER, 2.0 * _HUBER * z - _HUBER**2, z * z)
 
 
 def _damped(gradient: Floats, normal: Floats, free: Bools, damping: float) -> Floats:
@@ -314,23 +268,15 @@ def _damped(gradient: Floats, normal: Floats, free: Bools, damping: float) -> Fl
 
 
 def _descend(
-    u: Floats,
-    v: Floats,
-    lift: Floats,
-    sigma: Floats,
-    p: Floats,
-    power: int,
-    footprint: float,
-    free: Bools,
-    narrowest: float,
+    patch: Patch, p: Floats, power: int, footprint: float, free: Bools, narrowest: float
 ) -> tuple[Floats, float, Floats]:
     damping = 1e-3
-    chi2, gradient, normal = _equations(u, v, lift, sigma, p, power, footprint)
+    chi2, gradient, normal = _equations(patch, p, power, footprint)
     for _ in range(_STEPS):
         trial = p + _damped(gradient, normal, free, damping)
         trial[3] = max(trial[3], narrowest)
         trial[4] = min(max(trial[4], -0.8), 0.8)
-        outcome, next_gradient, next_normal = _equations(u, v, lift, sigma, trial, power, footprint)
+        outcome, next_gradient, next_normal = _equations(patch, trial, power, footprint)
         if outcome < chi2:
             gain = chi2 - outcome
             p, chi2, gradient, normal = trial, outcome, next_gradient, next_normal
@@ -409,7 +355,7 @@ def misfit_of(patch: Patch, ridge: Ridge) -> float:
     on = (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
     model = np.where(on, ridge.height_mm * ridge.shape(patch), 0.0)
     z = np.abs(patch.lift_mm - model) / patch.sigma_mm
-    return float(np.mean(np.where(z > _HUBER, 2.0 * _HUBER * z - _HUBER**2, z * z)))
+    return float(_huber(z).mean())
 
 
 def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:

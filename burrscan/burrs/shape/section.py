@@ -7,21 +7,19 @@ crest is the triangle's running mean, lower by height · footprint / (2 · base 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from burrscan.arrays import Floats
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def section(
-    x: float, left: float, right: float, power: int, footprint: float
-) -> tuple[float, float, float, float]:
-    """Height of a unit cross-section, and its derivatives with x, the left and the right half-width.
+    x: Floats, left: float, right: float, power: int, footprint: float
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """(N,) heights of a unit cross-section, and their derivatives with x, the left and the right half-width.
 
     Parameters
     ----------
     x
-        Place across, from the crest, mm.
+        (N,) places across, from the crest, mm.
     left, right
         Half-widths of the base, mm.
     power
@@ -30,35 +28,23 @@ def section(
         Over what width the triangle is averaged, mm; the parabola is not.
 
     """
-    if x <= -left - 0.5 * footprint or x >= right + 0.5 * footprint:
-        return 0.0, 0.0, 0.0, 0.0
-    if footprint == 0.0 or power == 2:
-        half = right if x >= 0.0 else left
-        q = abs(x) / half
-        slope = power * (q if power == 2 else 1.0)
-        by_half = slope * q / half
-        height, by_x = 1.0 - q**power, -slope / half * (1.0 if x >= 0.0 else -1.0)
-        return height, by_x, (by_half if x < 0.0 else 0.0), (by_half if x >= 0.0 else 0.0)
-    a, a_left, a_right, a_x = _below(x - 0.5 * footprint, left, right)
-    b, b_left, b_right, b_x = _below(x + 0.5 * footprint, left, right)
-    each = 1.0 / footprint
-    return (b - a) * each, (b_x - a_x) * each, (b_left - a_left) * each, (b_right - a_right) * each
+    if footprint > 0.0 and power == 1:
+        start, end = _below(x - 0.5 * footprint, left, right), _below(x + 0.5 * footprint, left, right)
+        area, by_left, by_right, height = ((b - a) / footprint for a, b in zip(start, end, strict=True))
+        return area, height, by_left, by_right
+    sense = np.where(x >= 0.0, 1.0, -1.0)
+    half = np.where(x >= 0.0, right, left)
+    q = np.minimum(np.abs(x) / half, 1.0)
+    slope = (q < 1.0) * power * q ** (power - 1)
+    by_half = slope * q / half
+    return 1.0 - q**power, -slope * sense / half, by_half * (sense < 0.0), by_half * (sense > 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _below(x: float, left: float, right: float) -> tuple[float, float, float, float]:
-    """Area of a unit triangle up to x, its derivatives with both half-widths, and the triangle's height."""
-    if x < 0.0:
-        t = max(1.0 + x / left, 0.0)
-        return 0.5 * left * t * t, 0.5 * t * t - t * min(x / left, 0.0), 0.0, t
-    s = max(1.0 - x / right, 0.0)
-    return 0.5 * left + 0.5 * right * (1.0 - s * s), 0.5, 0.5 * (1.0 - s * s) - s * x / right, s
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def sections(x: Floats, left: float, right: float, power: int, footprint: float) -> Floats:
-    """(N,) heights of a unit cross-section."""
-    height = np.empty(len(x))
-    for i in range(len(x)):
-        height[i] = section(x[i], left, right, power, footprint)[0]
-    return height
+def _below(x: Floats, left: float, right: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """(N,) areas of a unit triangle up to x, derivatives with both half-widths, and the triangle's height."""
+    rise, fall = np.clip(1.0 + x / left, 0.0, 1.0), np.clip(1.0 - x / right, 0.0, 1.0)
+    before = x < 0.0
+    area = np.where(before, 0.5 * left * rise**2, 0.5 * left + 0.5 * right * (1.0 - fall**2))
+    by_left = np.where(before, 0.5 * rise**2 - rise * x / left, 0.5)
+    by_right = np.where(before, 0.0, 0.5 * (1.0 - fall**2) - fall * x / right)
+    return area, by_left, by_right, np.where(before, rise, fall)

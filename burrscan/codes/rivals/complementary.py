@@ -18,7 +18,7 @@ from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.code import Code
 from burrscan.codes.gray import decode_gray, encode_gray
 from burrscan.codes.gray_phase import unwrap
-from burrscan.codes.phase import Phase, encode_phase, sheet32
+from burrscan.codes.phase import Phase, encode_phase, sheet_of
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
 from burrscan.errors import InputError
@@ -112,7 +112,7 @@ def decode_unclipped(images: Image, *, camera: CameraSheet, period_px: float) ->
     turns = np.arange(steps) / steps
     angle = 2.0 * np.pi * np.stack([turns, turns + 0.5], axis=1).ravel()
     waves = np.stack([np.cos(angle), np.sin(angle)])
-    planes, clipped = _solve(np.ascontiguousarray(images), waves, sheet32(camera))
+    planes, clipped = _solve(np.ascontiguousarray(images), waves, sheet_of(camera).astype(np.float32))
     offset = np.float32(period_px) * planes[0]
     return Phase(offset, np.float32(period_px) * planes[1], planes[2], planes[3], clipped, period_px)
 

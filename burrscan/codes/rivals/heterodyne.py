@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Bools, Floats32, Image
 from burrscan.codes.code import Code
-from burrscan.codes.phase import harmonics, phase_row, sheet32
+from burrscan.codes.phase import harmonics, phase_row, sheet_of
 from burrscan.codes.rivals.multifrequency import MARGIN, encode, longest_px
 from burrscan.correspondence import Correspondence
 from burrscan.devices import CameraSheet
@@ -76,8 +76,8 @@ def decode_beats(
     first, second, third = (1.0 / period for period in periods_px)
     near, far = first - second, second - third
     rule = np.array([first, second, third, near, near - far, z, width, max_sigma_px], np.float32)
-    waves = harmonics(steps)
-    return Correspondence(*_beats(np.ascontiguousarray(images), waves, sheet32(camera), rule))
+    waves, sheet = harmonics(steps), sheet_of(camera).astype(np.float32)
+    return Correspondence(*_beats(np.ascontiguousarray(images), waves, sheet, rule))
 
 
 @njit(cache=True, parallel=True, nogil=True)

@@ -8,13 +8,14 @@ data lie to one side in its middle and to the other at both ends.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats
 from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, arc_bin
 from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
+_PARTS = (0.25, 0.75)
+"""A segment's middle half, and the quarters before and after it."""
 _LEAST_BINS = 6
 """Of the arc, with data in a part of a segment: fewer show no scatter."""
 _CERTAIN = 4.0
@@ -39,7 +40,13 @@ def halved(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float], 
         No segment gets shorter.
 
     """
-    count, total = _in_parts(foot.segment, foot.t, foot.distance_mm, angle, arc, len(line.starts))
+    found = foot.valid
+    part = np.digitize(foot.t[found], _PARTS)
+    shape = (len(line.starts), len(_PARTS) + 1, ARC_BINS)
+    flat = np.ravel_multi_index((foot.segment[found], part, arc_bin(angle[found], arc)), shape)
+    size = int(np.prod(shape))
+    count = np.bincount(flat, minlength=size).reshape(shape)
+    total = np.bincount(flat, foot.distance_mm[found], size).reshape(shape)
     with np.errstate(invalid="ignore"):
         off, error = _off(total / count)
     bow = off[:, 1] - 0.5 * (off[:, 0] + off[:, 2])
@@ -67,19 +74,3 @@ def _off(mean_mm: Floats) -> tuple[Floats, Floats]:
     scatter = SIGMA_PER_MEDIAN * np.nanmedian(np.abs(mean_mm[enough] - middle[enough, None]), axis=-1)
     error[enough] = MEDIAN_OVER_MEAN * scatter / np.sqrt(known[enough])
     return middle, error
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _in_parts(
-    segment: Ints32, t: Floats, distance: Floats, angle: Floats, arc: tuple[float, float], count: int
-) -> tuple[Floats, Floats]:
-    """(M, 3, bins) numbers and sums of distances in the first quarter, the middle half, the last quarter."""
-    number, total = np.zeros((count, 3, ARC_BINS)), np.zeros((count, 3, ARC_BINS))
-    for i in range(len(segment)):
-        if segment[i] < 0:
-            continue
-        one = arc_bin(angle[i], arc)
-        part = 0 if t[i] < 0.25 else 1 if t[i] < 0.75 else 2
-        number[segment[i], part, one] += 1.0
-        total[segment[i], part, one] += distance[i]
-    return number, total

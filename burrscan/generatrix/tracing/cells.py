@@ -90,8 +90,8 @@ class Cells:
         (N, 2) mean (z, r) of the data in each.
     count
         (N,) how many data each holds.
-    mask
-        (N,) the angular bins of the arc in which it holds data, one bit each.
+    seen
+        (N, bins) the angular bins of the arc in which it holds data.
     index
         (rows, columns) cell number at each place of the grid, -1 where empty.
     place
@@ -104,7 +104,7 @@ class Cells:
 
     centre_mm: Floats
     count: Floats
-    mask: Ints
+    seen: Bools
     index: Ints32
     place: Ints
     facing: Floats
@@ -112,14 +112,14 @@ class Cells:
     @property
     def coverage(self) -> Floats:
         """(N,) share of the arc over which each holds data, 0 to 1."""
-        return np.bitwise_count(self.mask) / ARC_BINS
+        return np.asarray(self.seen.mean(axis=1))
 
 
 def arc_of(angle: Floats) -> tuple[float, float]:
     """Start and extent (radians) of the shortest arc that holds all angles, to half a degree. O(V)."""
     bins = 720
     width = 2.0 * np.pi / bins
-    used = np.flatnonzero(_occupied(angle, width, bins))
+    used = np.unique(((angle[np.isfinite(angle)] + np.pi) / width).astype(np.int64) % bins)
     gaps = np.diff(used, append=used[0] + bins)
     widest = int(np.argmax(gaps))
     start = float(used[(widest + 1) % len(used)] * width - np.pi)
@@ -129,16 +129,6 @@ def arc_of(angle: Floats) -> tuple[float, float]:
     turn = np.where(angle < start, angle + 2.0 * np.pi, angle) - start
     least, most = float(np.nanmin(turn)), float(np.nanmax(turn))
     return start + least, max(most - least, width)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _occupied(angle: Floats, width: float, bins: int) -> Bools:
-    """Which of the bins of a full turn hold an angle; NaN is none."""
-    occupied = np.zeros(bins, np.bool_)
-    for i in range(len(angle)):
-        if np.isfinite(angle[i]):
-            occupied[int((angle[i] + np.pi) / width) % bins] = True
-    return occupied
 
 
 def scale_of(profile: Profile) -> Scale:
@@ -187,8 +177,10 @@ def _limits(values: Floats) -> tuple[float, float]:
 
 def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[float, int]:
     """Smaller standard deviation of a cell's points (lower third over cells); number of cells."""
-    size = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
-    moments = _moments(z, r, low, size, side)
+    flat, a, b = _in_cells(z, r, low, high, side)
+    terms = np.ones_like(a), a, b, a * a, b * b, a * b
+    moments = np.stack([np.bincount(flat[flat >= 0], one[flat >= 0]) for one in terms], axis=1)
+    moments = moments[moments[:, 0] > 0.0]
     # Outliers are spread over many cells, each with few of them.
     least = max(8.0, 0.25 * float(moments[:, 0].mean())) if len(moments) else 8.0
     count, a, b, zz, rr, zr = moments[moments[:, 0] >= least].T
@@ -211,47 +203,50 @@ def _sparse(count: Floats) -> float:
     return float(min(_SPARSE * typical, 0.25 * count.mean()))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _moments(z: Floats, r: Floats, low: Floats, size: Ints, side: float) -> Floats:
-    sums = np.zeros((size[0] * size[1], 6))
-    for i in range(len(z)):
-        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
-        if not (0.0 <= u < size[0] and 0.0 <= v < size[1]):
-            continue
-        cell = sums[int(u) * size[1] + int(v)]
-        a, b = u - int(u) - 0.5, v - int(v) - 0.5
-        cell[0] += 1.0
-        cell[1] += a * side
-        cell[2] += b * side
-        cell[3] += a * a * side * side
-        cell[4] += b * b * side * side
-        cell[5] += a * b * side * side
-    return sums[sums[:, 0] > 0.0]
+def _in_cells(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[Ints, Floats, Floats]:
+    """(V,) number of each point's cell, row by row, -1 outside, and its place (z, r) from its middle."""
+    rows, columns = _shape(low, high, side)
+    with np.errstate(invalid="ignore"):
+        u, v = (z - low[0]) / side, (r - low[1]) / side
+        inside = (u >= 0.0) & (v >= 0.0) & (u < rows) & (v < columns)
+    row, column = (np.where(inside, one, 0.0).astype(np.int64) for one in (u, v))
+    flat = np.where(inside, row * columns + column, -1)
+    return flat, (u - row - 0.5) * side, (v - column - 0.5) * side
+
+
+def _shape(low: Floats, high: Floats, side: float) -> tuple[int, int]:
+    """Rows and columns of the grid between two corners."""
+    rows, columns = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1).tolist()
+    return rows, columns
 
 
 def cells_of(profile: Profile, scale: Scale, *, side_mm: float, looks: Looks | None = None) -> Cells:
     """Sort the data into cells, and what faces there are. O(V + T)."""
-    size = np.maximum(np.ceil((scale.high_mm - scale.low_mm) / side_mm).astype(np.int64), 1)
-    index, sums, mask, place = _accumulate(
-        profile.z_mm, profile.r_mm, profile.angle, scale.low_mm, size, side_mm, scale.arc
-    )
-    facing = np.zeros((len(place), 2)) if looks is None else _facing(*looks, scale.low_mm, side_mm, index)
-    return Cells(sums[:, :2] / sums[:, 2:], sums[:, 2], mask, index, place, facing[: len(place)])
+    low, high = scale.low_mm, scale.high_mm
+    shape, flat = _shape(low, high, side_mm), _in_cells(profile.z_mm, profile.r_mm, low, high, side_mm)[0]
+    inside = flat >= 0
+    used, cell = np.unique(flat[inside], return_inverse=True)
+    index = np.full(shape, -1, np.int32)
+    index.flat[used] = np.arange(len(used))
+    count = np.bincount(cell, minlength=len(used)).astype(np.float64)
+    centre = [np.bincount(cell, one[inside], len(used)) / count for one in (profile.z_mm, profile.r_mm)]
+    seen = np.zeros((len(used), ARC_BINS), np.bool_)
+    seen[cell, arc_bin(profile.angle[inside], scale.arc)] = True
+    facing = np.zeros((len(used), 2))
+    if looks is not None:
+        faces = _in_cells(looks[0], looks[1], low, high, side_mm)[0]
+        facing = _facing(np.where(faces >= 0, index.flat[faces], -1), looks, len(used))
+    place = np.stack(np.unravel_index(used, shape), axis=1)
+    return Cells(np.stack(centre, axis=1), count, seen, index, place, facing)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _facing(z: Floats, r: Floats, nz: Floats, nr: Floats, low: Floats, side: float, index: Ints32) -> Floats:
-    """(cells, 2) mean normals; there are no more cells than places in the grid."""
-    sums = np.zeros((index.max() + 1, 3))
-    for f in range(len(z)):
-        u, v = (z[f] - low[0]) / side, (r[f] - low[1]) / side
-        if 0.0 <= u < index.shape[0] and 0.0 <= v < index.shape[1]:
-            cell, size = index[int(u), int(v)], np.hypot(nz[f], nr[f])
-            if cell >= 0 and size > 0.0:
-                sums[cell, 0] += nz[f]
-                sums[cell, 1] += nr[f]
-                sums[cell, 2] += size
-    return sums[:, :2] / np.maximum(sums[:, 2:], 1e-300)
+def _facing(cell: Ints, looks: Looks, count: int) -> Floats:
+    """(count, 2) mean normals of the faces, each in a cell or in none (-1)."""
+    _, _, nz, nr = looks
+    size = np.hypot(nz, nr)
+    told = (cell >= 0) & (size > 0.0)
+    sums = [np.bincount(cell[told], one[told], count) for one in (nz, nr, size)]
+    return np.stack(sums[:2], axis=1) / np.maximum(sums[2], 1e-300)[:, None]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -265,13 +260,13 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
     keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
     keep &= cells.count >= _sparse(cells.count)
-    keep &= _covered(cells.place, cells.index, cells.coverage, cells.mask, reach, cells.facing)
+    keep &= _covered(cells.place, cells.index, cells.coverage, cells.seen, reach, cells.facing)
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
     return Cells(
         cells.centre_mm[keep],
         cells.count[keep],
-        cells.mask[keep],
+        cells.seen[keep],
         index,
         cells.place[keep],
         cells.facing[keep],
@@ -284,49 +279,10 @@ def past_start(angle: Floats, arc: tuple[float, float]) -> Floats:
     return np.asarray(turn + 2.0 * np.pi * (turn < 0.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def along_arc(angle: float, arc: tuple[float, float]) -> float:
-    """Share of the arc, 0 to 1, before an angle; angles are within -π to π (a remainder would be dear)."""
-    turn = angle - arc[0]
-    return (turn + 2.0 * np.pi if turn < 0.0 else turn) / arc[1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def arc_bin(angle: float, arc: tuple[float, float]) -> int:
-    """Which of the :data:`ARC_BINS` of the arc an angle is in."""
-    return min(int(along_arc(angle, arc) * ARC_BINS), ARC_BINS - 1)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def arc_bit(angle: float, arc: tuple[float, float]) -> int:
-    """The bit of a coverage mask that stands for an angle."""
-    return np.uint64(1) << np.uint64(arc_bin(angle, arc))  # type: ignore[return-value]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _accumulate(
-    z: Floats, r: Floats, angle: Floats, low: Floats, size: Ints, side: float, arc: tuple[float, float]
-) -> tuple[Ints32, Floats, Ints, Ints]:
-    index = np.full((size[0], size[1]), -1, np.int32)
-    most = min(size[0] * size[1], len(z))
-    sums, masks = np.zeros((most, 3)), np.zeros(most, np.uint64)
-    place = np.empty((most, 2), np.int64)
-    count = 0
-    for i in range(len(z)):
-        u, v = (z[i] - low[0]) / side, (r[i] - low[1]) / side
-        if not (0.0 <= u < size[0] and 0.0 <= v < size[1]):
-            continue
-        row, column = int(u), int(v)
-        cell = index[row, column]
-        if cell < 0:
-            cell, count = count, count + 1
-            index[row, column] = cell
-            place[cell, 0], place[cell, 1] = row, column
-        sums[cell, 0] += z[i]
-        sums[cell, 1] += r[i]
-        sums[cell, 2] += 1.0
-        masks[cell] |= arc_bit(angle[i], arc)
-    return index, sums[:count], masks[:count], place[:count]
+def arc_bin(angle: Floats, arc: tuple[float, float]) -> Ints:
+    """(N,) which of the :data:`ARC_BINS` of the arc angles are in."""
+    share = past_start(angle, arc) / arc[1]
+    return np.minimum((share * ARC_BINS).astype(np.int64), ARC_BINS - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -342,21 +298,11 @@ def _ridge(place: Ints, index: Ints32, count: Floats, facing: Floats) -> Bools:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bits(mask: int) -> int:
-    count = 0
-    rest = np.uint64(mask)
-    while rest:
-        rest &= rest - np.uint64(1)
-        count += 1
-    return count
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: int, facing: Floats) -> Bools:
+def _covered(place: Ints, index: Ints32, coverage: Floats, seen: Bools, reach: int, facing: Floats) -> Bools:
     """Cells whose data go round.
 
     A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below
-    it is hidden: its mask and that of a stronger cell nearby exclude each other. So do those of the
+    it is hidden: its bins and those of a stronger cell nearby exclude each other. So do those of the
     two sides of a wall, which look opposite ways.
     """
     keep = np.zeros(len(place), np.bool_)
@@ -369,5 +315,5 @@ def _covered(place: Ints, index: Ints32, coverage: Floats, masks: Ints, reach: i
             for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
                 j = index[row, column]
                 stronger = j >= 0 and coverage[j] >= 1.5 * coverage[i] and not opposed(facing, i, j)
-                keep[i] &= not stronger or _bits(masks[i] & masks[j]) > 0.2 * coverage[i] * ARC_BINS
+                keep[i] &= not stronger or (seen[i] & seen[j]).sum() > 0.2 * coverage[i] * ARC_BINS
     return keep

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from burrscan.arrays import Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats
 from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, arc_bin
 
@@ -26,12 +25,15 @@ def extended(piece: Floats, *, by_mm: float) -> Floats:
     return np.concatenate([(piece[0] + steps * behind)[::-1], piece, piece[-1] + steps * ahead])
 
 
-def trimmed(line: Polyline, foot: Foot, mask: Ints) -> list[Floats]:
-    """The pieces of a line, cut back to segments that cells with coverage ``mask`` cover. O(cells + K)."""
-    masks = np.zeros(len(line.starts), dtype=np.uint64)
-    np.bitwise_or.at(masks, foot.segment[foot.valid], mask[foot.valid])
-    coverage = np.bitwise_count(masks).astype(np.float64)
-    far = _far_ends(foot.segment, foot.t, len(line.starts))
+def trimmed(line: Polyline, foot: Foot, seen: Bools) -> list[Floats]:
+    """The pieces of a line, cut back to segments that cells ``seen`` (cells, bins) cover. O(cells + K)."""
+    segment, t = foot.segment[foot.valid], foot.t[foot.valid]
+    covered = np.zeros((len(line.starts), seen.shape[1]), np.bool_)
+    np.logical_or.at(covered, segment, seen[foot.valid])
+    coverage = covered.sum(axis=1).astype(np.float64)
+    far = np.tile([0.9, 0.1], (len(line.starts), 1))  # least and largest place, at most 0.9 of it cut off
+    np.minimum.at(far[:, 0], segment, t)
+    np.maximum.at(far[:, 1], segment, t)
     pieces = []
     for segments in np.split(np.arange(len(line.starts)), np.flatnonzero(np.diff(line.starts) > 1) + 1):
         first, last = _covered(coverage[segments])
@@ -55,18 +57,6 @@ def _covered(coverage: Floats) -> tuple[int, int]:
     return first, last
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _far_ends(segment: Ints32, t: Floats, count: int) -> Floats:
-    """Least and largest place of the data on each segment, at most 0.9 of it cut off."""
-    far = np.empty((count, 2))
-    far[:, 0], far[:, 1] = 0.9, 0.1
-    for i in range(len(segment)):
-        k = segment[i]
-        if k >= 0:
-            far[k, 0], far[k, 1] = min(far[k, 0], t[i]), max(far[k, 1], t[i])
-    return far
-
-
 def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]) -> Polyline:
     """Open ends of the pieces drawn back to where a good share of the arc has data. O(V + K).
 
@@ -82,7 +72,10 @@ def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]
         (start, extent) of the angles with data.
 
     """
-    low, high = _reaches(foot.segment, foot.t, angle, arc, len(line.starts))
+    at = foot.segment[foot.valid], arc_bin(angle[foot.valid], arc)
+    low, high = (np.full((len(line.starts), ARC_BINS), far) for far in (np.inf, -np.inf))
+    np.minimum.at(low, at, foot.t[foot.valid])
+    np.maximum.at(high, at, foot.t[foot.valid])
     number = {int(node): k for k, node in enumerate(line.starts)}
     pieces = []
     for first, last in line.pieces:
@@ -105,17 +98,3 @@ def _short(places: Floats) -> float:
     """
     near = np.isfinite(places).any(axis=0)
     return float(np.quantile(np.minimum(places[0, near], 1.0), _LEAST)) if near.any() else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _reaches(
-    segment: Ints32, t: Floats, angle: Floats, arc: tuple[float, float], count: int
-) -> tuple[Floats, Floats]:
-    """(M, bins) least and largest place of the data on each segment, infinite where there are none."""
-    least, most = np.full((count, ARC_BINS), np.inf), np.full((count, ARC_BINS), -np.inf)
-    for i in range(len(segment)):
-        k = segment[i]
-        if k >= 0:
-            one = arc_bin(angle[i], arc)
-            least[k, one], most[k, one] = min(least[k, one], t[i]), max(most[k, one], t[i])
-    return least, most

@@ -51,5 +51,5 @@ def curve_at(pieces: Pieces, coefficients: Floats) -> Curve:
 
 def inverses_of(rows: Sequence[Rows], spacing_mm: float) -> Floats:
     """(K, 3, 3) inverse of every piece's normal matrix over all views; zero where no view has points."""
-    moments = np.sum([row.moments for row in rows], axis=0)
-    return inverses(moments, (BEND * spacing_mm) ** -2.0, moments[:, 0] > 0.0)
+    normal = np.sum([row.sums[:, :3, :3] for row in rows], axis=0)
+    return inverses(normal, (BEND * spacing_mm) ** -2.0, normal[:, 0, 0] > 0.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.fitting.fit import Curve, off_piece, piece_of
+from burrscan.axis.fitting.fit import Curve, add_square, off_piece, piece_of
 from burrscan.axis.jit import kernel
 
 UNKNOWNS = 6
@@ -26,24 +26,14 @@ class Rows(NamedTuple):
 
     Parameters
     ----------
-    moments
-        (K, 5) of w t⁰ to w t⁴.
-    offsets
-        (K, 3) of w d (1, t, t²).
-    slopes
-        (K, 3, 6) of w (1, t, t²) J.
-    square, pull
-        (6, 6) of w J Jᵀ and (6,) of w d J.
+    sums
+        (K, 10, 10) of w v vᵀ per piece with v = (1, t, t², J, d), J (6,) what a small motion does to d.
     z
         (V,) distances over their standard deviations; NaN off the curve.
 
     """
 
-    moments: Floats
-    offsets: Floats
-    slopes: Floats
-    square: Floats
-    pull: Floats
+    sums: Floats
     z: Floats
 
 
@@ -66,19 +56,29 @@ def _lever(J: Floats, x: float, y: float, z: float, mz: float, mr: float) -> Non
     J[3], J[4], J[5] = nx, ny, mz
 
 
-@kernel
-def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: float, robust: bool) -> Rows:  # noqa: FBT001 (a kernel)
+def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: float, *, robust: bool) -> Rows:
     """The rows of (V, 3) points at a pose (4, 4) in the part frame. O(V).
 
     Points beyond ``limit`` standard deviations have no weight; within it Tukey's, or all the same where not
     ``robust``.
     """
-    pieces = curve.centre.shape[0]
-    moments, offsets = np.zeros((pieces, 5)), np.zeros((pieces, 3))
-    slopes = np.zeros((pieces, 3, 6))
-    square, pull = np.zeros((6, 6)), np.zeros(6)
-    scores = np.full(points.shape[0], np.nan)
-    J = np.zeros(6)
+    sums = np.zeros((len(curve.centre), 4 + UNKNOWNS, 4 + UNKNOWNS))
+    z = _summed(points, sigma, pose, curve, limit, robust, sums)
+    return Rows(sums, z)
+
+
+@kernel
+def _summed(
+    points: Floats,
+    sigma: Floats,
+    pose: Floats,
+    curve: Curve,
+    limit: float,
+    robust: bool,  # noqa: FBT001 (a kernel)
+    sums: Floats,
+) -> Floats:
+    """Add to the sums of :class:`Rows`; the points' (V,) z."""
+    scores, v = np.full(points.shape[0], np.nan), np.ones(sums.shape[1])
     for i in range(points.shape[0]):
         x, y, z, r = at(points[i], pose)
         k = piece_of(z, r, curve)
@@ -87,23 +87,12 @@ def rows_of(points: Floats, sigma: Floats, pose: Floats, curve: Curve, limit: fl
         t, d, mz, mr = off_piece(z, r, k, curve)
         scores[i] = d / sigma[i]
         size = abs(scores[i]) / limit
-        if size >= 1.0:
-            continue
-        w = ((1.0 - size * size) ** 2 if robust else 1.0) / (sigma[i] * sigma[i])
-        _lever(J, x, y, z, mz, mr)
-        power = w
-        for e in range(5):
-            moments[k, e] += power
-            if e < 3:
-                offsets[k, e] += power * d
-                for p in range(6):
-                    slopes[k, e, p] += power * J[p]
-            power *= t
-        for p in range(6):
-            pull[p] += w * d * J[p]
-            for q in range(6):
-                square[p, q] += w * J[p] * J[q]
-    return Rows(moments, offsets, slopes, square, pull, scores)
+        if size < 1.0:
+            w = ((1.0 - size * size) ** 2 if robust else 1.0) / (sigma[i] * sigma[i])
+            v[1], v[2], v[-1] = t, t * t, d
+            _lever(v[3:-1], x, y, z, mz, mr)
+            add_square(sums[k], w, v)
+    return scores
 
 
 @kernel

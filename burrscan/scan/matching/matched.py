@@ -3,10 +3,10 @@
 A pixel's phasors, one per frequency, are compared with those that each column on its epipolar line predicts.
 The sum is coherent: direct light adds up at one column, noise and interreflected light do not.
 Around the best column the maximum-likelihood fit of column, row and amplitude gives the result; how badly the
-phasors fit widens its sigma and divides the lead over the second best column.
+phasors phasors fit widens its sigma and divides the lead over the second best column.
 
-Most pixels look next to where their neighbour on the left looks. So that place is tried first. What the best
-column there leaves of the phasors' power bounds what any other column can gain: where that bound is far
+Most pixels look next to where their neighbour on the left looks, and there it is searched first. What the
+best column there leaves of the phasors' power bounds what any other column can gain: where that bound is far
 behind, the rest of the line need not be searched.
 """
 
@@ -18,10 +18,11 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.codes.phase import sheet_of
 from burrscan.devices import CameraSheet
 from burrscan.rig import Rig
 from burrscan.scan.matching.epipolar import epipolar_nodes
-from burrscan.scan.matching.phasors import cosine_sine, phasors_of, row_sums, sheet_of, turns_of
+from burrscan.scan.matching.phasors import phasors, turns_of
 from burrscan.scan.stripes import Stripes
 
 _GRID_PX = 1.5
@@ -43,15 +44,14 @@ LEAST_FREQUENCIES = 5
 misfit."""
 _ILL_FITTING = 12.0
 """Chi² per degree of freedom from which errors are not noise's, so that the lead in chi² is worth less."""
+_NEAR_PX = 3.0
+"""To either side of the neighbour's column: where the surface goes on, the column changes by less."""
 _SIDE_LOBE = 0.75
 """Match at a wrong column, at most: six and more frequencies on 1024 columns stay below (0.71); five reach
 0.80."""
 _SURE_LEAD = 45.0
-"""In chi²: above the 42 (three times 14) that even ill-fitting pixels need, so that a shortcut takes
-nothing the search would refuse."""
-_NEAR_STEPS = 2
-"""Grid steps to either side of the neighbour's column: where the surface goes on, the column changes by
-less."""
+"""In chi²: above the 42 (three times 14) that even ill-fitting pixels need, so that nothing is taken that the
+search of the whole line would refuse."""
 _CONVERGED_PX = 1e-3
 """Far below the noise of any column; the last Gauss-Newton steps shrink by orders."""
 _FOOTPRINT_PX2 = 0.15
@@ -164,21 +164,26 @@ def _read(
     turns = turns_of(images.shape[0] // len(f))
     clipped = np.zeros((height, width), np.bool_)
     for r in prange(height):
-        z = np.empty(len(f), np.complex128)
-        variance = np.empty(len(f))
-        sums = row_sums(images, np.int64(r), turns)
+        z, variance = np.empty(len(f), np.complex128), np.empty(len(f))
         for c in range(width):
-            mean, usable = phasors_of(sums, c, sheet, turns.shape[1], z, variance)
+            # the loop's own index is unsigned
+            mean, usable = phasors(images, np.int64(r), c, sheet, turns, z, variance)
             clipped[r, c] = usable < len(f)
             if usable < LEAST_FREQUENCIES or not _detected(z, variance, usable):
                 continue
-            unknown = (_INDIRECT_GUESS * _indirect(z, variance, mean, dark[r, c])) ** 2
-            ratio = _mean_ratio(variance, unknown)
+            noise = variance[np.isfinite(variance)].mean()
+            unknown = (_INDIRECT_GUESS * _indirect(z, noise, mean, dark[r, c])) ** 2
+            whole, line, lead = variance + unknown, nodes[r, c], 0.0
             hint = planes[0, r, c - 1] if c > 0 else np.nan
-            found = _sure(z, variance, unknown, f, g, nodes[r, c], hint, ratio, columns)
-            if not found[7] >= _SURE_LEAD:
-                found = _anywhere(z, variance, unknown, f, g, nodes[r, c], ratio, columns)
-            u, v, amplitude, plain, var_u, var_v, misfit, lead, row = found
+            if np.isfinite(hint):
+                u, row, best, _ = _search(z, whole, f, g, line, max(hint - _NEAR_PX, -0.5), hint + _NEAR_PX)
+                lead = _least_lead(best, (np.abs(z) ** 2 / whole).sum())
+            if lead < _SURE_LEAD:
+                u, row, best, second = _search(z, whole, f, g, line, -0.5, columns - 0.5)
+                lead = best - second
+            if best <= 0.0:
+                continue
+            u, v, amplitude, plain, var_u, var_v, misfit = _fit(z, variance, f, g, u, row)
             if not amplitude > 0.0:
                 continue
             wider = max(misfit, 1.0)
@@ -187,195 +192,74 @@ def _read(
             planes[4, r, c] = amplitude
             planes[5, r, c] = max((mean - dark[r, c]) / plain - 1.0, 0.0)
             planes[6, r, c] = misfit
-            planes[7, r, c] = lead
-            planes[8, r, c] = v - _row_at(nodes[r, c], u, row)
+            planes[7, r, c] = lead * (1.0 + unknown / noise) / wider
+            planes[8, r, c] = v - _row_at(line, u, row)
     return planes, clipped
-
-
-@njit(cache=True, nogil=True)
-def _anywhere(
-    z: Complexes,
-    variance: Floats,
-    unknown: float,
-    f: Floats,
-    g: Floats,
-    nodes: Floats32,
-    ratio: float,
-    columns: int,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """The fit at the best column of the whole line, its lead, and the row it began at."""
-    u, v, best, second = _search(z, variance + unknown, f, g, nodes, columns)
-    if best <= 0.0:
-        return u, v, 0.0, 0.0, np.inf, np.inf, np.inf, 0.0, v
-    fit = _fit(z, variance, f, g, u, v)
-    return (*fit, (best - second) / (max(fit[6], 1.0) * ratio), v)
-
-
-@njit(cache=True, nogil=True)
-def _sure(
-    z: Complexes,
-    variance: Floats,
-    unknown: float,
-    f: Floats,
-    g: Floats,
-    nodes: Floats32,
-    hint: float,
-    ratio: float,
-    columns: int,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """The fit at the best column near ``hint``, with the least lead it can have over all others.
-
-    With a share p of the power P at the best column, and templates of any other column that match it to no
-    more than s, the other gains at most P (s √p + √(1 - s²) √(1 - p))².
-    """
-    nothing = (np.nan, np.nan, 0.0, 0.0, np.inf, np.inf, np.inf, -1.0, np.nan)
-    if not np.isfinite(hint):
-        return nothing
-    power, weight = 0.0, 0.0
-    for j in range(len(z)):
-        k = 1.0 / (variance[j] + unknown)
-        power += (z[j].real ** 2 + z[j].imag ** 2) * k
-        weight += k
-    if (1.0 - _SIDE_LOBE**2) * power < _SURE_LEAD:
-        return nothing
-    at = hint - _NEAR_STEPS * _GRID_PX
-    row = _row_at(nodes, at, np.nan)
-    slope = _row_at(nodes, at + 1.0, np.nan) - row
-    if not (at >= -0.5 and hint + _NEAR_STEPS * _GRID_PX < columns - 0.5 and np.isfinite(slope)):
-        return nothing
-    turned, turn = np.empty_like(z), np.empty_like(z)
-    for j in range(len(z)):
-        angle, step = f[j] * at + g[j] * row, (f[j] + g[j] * slope) * _GRID_PX
-        c, d = cosine_sine(angle)
-        turned[j] = z[j] * complex(c, -d) / (variance[j] + unknown)
-        c, d = cosine_sine(step)
-        turn[j] = complex(c, -d)
-    best, u = 0.0, np.nan
-    for i in range(2 * _NEAR_STEPS + 1):
-        total = 0.0
-        for j in range(len(z)):
-            total += turned[j].real
-            turned[j] *= turn[j]
-        if total > best:
-            best, u = total, at + i * _GRID_PX
-    share = min(best * best / (weight * power), 1.0)
-    other = _SIDE_LOBE * np.sqrt(share) + np.sqrt((1.0 - _SIDE_LOBE**2) * (1.0 - share))
-    lead = (share - other * other) * power
-    if not (share > _SIDE_LOBE**2 and lead >= _SURE_LEAD):
-        return nothing
-    v = _row_at(nodes, u, 0.0)
-    fit = _fit(z, variance, f, g, u, v)
-    return (*fit, lead / (max(fit[6], 1.0) * ratio), v)
 
 
 @njit(cache=True, nogil=True)
 def _detected(z: Complexes, variance: Floats, usable: int) -> bool:
     """Whether the phasors together are longer than noise makes them."""
-    power = 0.0
-    for j in range(len(z)):
-        power += (z[j].real ** 2 + z[j].imag ** 2) / variance[j]
-    detected: bool = power > 2.0 * usable + _DETECTION_Z * np.sqrt(4.0 * usable)
-    return detected
+    power = (np.abs(z) ** 2 / variance).sum()
+    return bool(power > 2.0 * usable + _DETECTION_Z * np.sqrt(4.0 * usable))
 
 
 @njit(cache=True, nogil=True)
-def _mean_ratio(variance: Floats, unknown: float) -> float:
-    """Variance by noise alone over that with the unknown light's, of the usable frequencies together."""
-    noise, usable = 0.0, 0
-    for j in range(len(variance)):
-        if variance[j] < np.inf:
-            noise += variance[j]
-            usable += 1
-    return noise / (noise + usable * unknown)
-
-
-@njit(cache=True, nogil=True)
-def _median(values: Floats) -> float:
-    """The median of a few values, which are left sorted (by insertion)."""
-    count = len(values)
-    for i in range(1, count):
-        one, j = values[i], i
-        while j > 0 and values[j - 1] > one:
-            values[j] = values[j - 1]
-            j -= 1
-        values[j] = one
-    median: float = 0.5 * (values[(count - 1) // 2] + values[count // 2])
-    return median
-
-
-@njit(cache=True, nogil=True)
-def _indirect(z: Complexes, variance: Floats, mean: float, dark: float) -> float:
+def _indirect(z: Complexes, noise: float, mean: float, dark: float) -> float:
     """Light at full white that neither the median modulation nor the dark nor noise explains."""
-    size = np.empty(len(z))
-    noise = 0.0
-    usable = 0
-    for j in range(len(z)):
-        size[j] = np.sqrt(z[j].real ** 2 + z[j].imag ** 2)
-        if variance[j] < np.inf:
-            usable += 1
-            noise += variance[j]
-    beyond: float = max(2.0 * (mean - dark - _median(size)) - 4.0 * np.sqrt(noise / usable), 0.0)
-    return beyond
+    beyond: float = 2.0 * (mean - dark - np.median(np.abs(z))) - 4.0 * np.sqrt(noise)
+    return max(beyond, 0.0)
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _sweep(re: Floats32, im: Floats32, turn_re: Floats32, turn_im: Floats32, sums: Floats32) -> None:
-    """Sums of the phasors' real parts while each turns back by its own step; the vectors are used up."""
-    for i in range(len(sums)):
-        total = np.float32(0.0)
-        for j in range(len(re)):
-            total += re[j]
-            turned = re[j] * turn_re[j] + im[j] * turn_im[j]
-            im[j] = im[j] * turn_re[j] - re[j] * turn_im[j]
-            re[j] = turned
-        sums[i] = total
+def _search(
+    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, first: float, last: float
+) -> tuple[float, float, float, float]:
+    """Best column from first to last and its row on the epipolar polyline; its gain in chi², the next best's.
+
+    From step to step every phasor turns back by its own angle.
+    """
+    sums = np.zeros(int((last - first) / _GRID_PX) + 4 * len(nodes), np.float32)
+    places = np.empty(len(sums), np.float32)
+    n = 0
+    for s in range(len(nodes) - 1):
+        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
+        start, stop = max(u0, first), min(u1, last)
+        if not (u1 > u0 and stop > start):
+            continue
+        slope = (v1 - v0) / (u1 - u0)
+        turned = z / variance * np.exp(-1j * (f * start + g * (v0 + slope * (start - u0))))
+        turn = np.exp(-1j * _GRID_PX * (f + g * slope))
+        for i in range(min(int((stop - start) / _GRID_PX) + 1, len(sums) - n)):
+            total = 0.0
+            for j in range(len(turned)):
+                total += turned[j].real
+                turned[j] *= turn[j]
+            sums[n], places[n] = total, start + i * _GRID_PX
+            n += 1
+    if n == 0 or not sums.max() > 0.0:
+        return np.nan, np.nan, -1.0, 0.0
+    at = np.argmax(sums[:n])
+    second = 0.0
+    for i in range(n):
+        if abs(places[i] - places[at]) > _MAIN_LOBE_PX:
+            second = max(second, sums[i])
+    u, weight = places[at], (1.0 / variance).sum()
+    return u, _row_at(nodes, u, 0.0), sums[at] ** 2 / weight, second**2 / weight
 
 
 @njit(cache=True, nogil=True)
-def _search(  # noqa: C901 (a kernel)
-    z: Complexes, variance: Floats, f: Floats, g: Floats, nodes: Floats32, columns: int
-) -> tuple[float, float, float, float]:
-    """Best column and row along the epipolar polyline, and the gains in chi² of it and of the second best."""
-    count = len(z)
-    weight = 0.0
-    for j in range(count):
-        weight += 1.0 / variance[j]
-    sums = np.zeros(int(columns / _GRID_PX) + 4 * len(nodes), np.float32)
-    places = np.empty(len(sums), np.float32)
-    n = 0
-    # single precision, and padded to whole vectors of the processor
-    padded = (count + 7) // 8 * 8
-    re, im = np.zeros(padded, np.float32), np.zeros(padded, np.float32)
-    turn_re, turn_im = np.ones(padded, np.float32), np.zeros(padded, np.float32)
-    for s in range(len(nodes) - 1):
-        u0, v0, u1, v1 = nodes[s, 0], nodes[s, 1], nodes[s + 1, 0], nodes[s + 1, 1]
-        if not u1 > u0:
-            continue
-        slope = (v1 - v0) / (u1 - u0)
-        start, stop = max(u0, -0.5), min(u1, columns - 0.5)
-        for j in range(count):
-            angle = f[j] * start + g[j] * (v0 + slope * (start - u0))
-            step = (f[j] + g[j] * slope) * _GRID_PX
-            c, d = cosine_sine(angle)
-            re[j] = (z[j].real * c + z[j].imag * d) / variance[j]
-            im[j] = (z[j].imag * c - z[j].real * d) / variance[j]
-            turn_re[j], turn_im[j] = cosine_sine(step)
-        steps = min(int((stop - start) / _GRID_PX) + 1, len(sums) - n) if stop > start else 0
-        _sweep(re, im, turn_re, turn_im, sums[n : n + steps])
-        for i in range(steps):
-            places[n + i] = start + i * _GRID_PX
-        n += steps
-    best, second, at = 0.0, 0.0, -1
-    for i in range(n):
-        if sums[i] > best:
-            best, at = sums[i], i
-    if at < 0:
-        return np.nan, np.nan, -1.0, 0.0
-    for i in range(n):
-        if sums[i] > second and abs(places[i] - places[at]) > _MAIN_LOBE_PX:
-            second = sums[i]
-    u = places[at]
-    return u, _row_at(nodes, u, 0.0), best * best / weight, second * second / weight
+def _least_lead(gain: float, power: float) -> float:
+    """What a column's gain in chi² is ahead of any other's, at least; 0 where that cannot be told.
+
+    With a share p of the power P at the best column, and templates of any other column that match it to no
+    more than s, the other gains at most P (s √p + √(1 - s²) √(1 - p))².
+    """
+    share = min(gain / power, 1.0)
+    if share <= _SIDE_LOBE**2:
+        return 0.0
+    other = _SIDE_LOBE * np.sqrt(share) + np.sqrt((1.0 - _SIDE_LOBE**2) * (1.0 - share))
+    return float((share - other * other) * power)
 
 
 @njit(cache=True, nogil=True)
@@ -403,8 +287,7 @@ def _fit(
         s, w = 0.0, 0.0
         for j in range(len(z)):
             angle = f[j] * u + g[j] * v
-            c, d = cosine_sine(angle)
-            turned[j] = z[j] * complex(c, -d)
+            turned[j] = z[j] * complex(np.cos(angle), -np.sin(angle))
             s += turned[j].real / variance[j]
             w += 1.0 / variance[j]
         amplitude = s / w

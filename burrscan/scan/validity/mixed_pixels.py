@@ -10,9 +10,10 @@ import numpy as np
 from numba import njit, prange
 
 from burrscan.arrays import Bools, Complexes, Floats, Floats32, Image
+from burrscan.codes.phase import sheet_of
 from burrscan.devices import CameraSheet
 from burrscan.scan.matching.matched import Reading
-from burrscan.scan.matching.phasors import phasors, sheet_of, turns_of
+from burrscan.scan.matching.phasors import phasors, turns_of
 from burrscan.scan.stripes import Stripes
 
 

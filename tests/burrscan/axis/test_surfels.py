@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.axis.points.surfels import plane_of
+from burrscan.axis.points.surfels import planes_of
 
 
 def moments(points: Floats) -> Floats:
@@ -20,7 +20,7 @@ def test_points_that_are_one_or_in_line_have_a_normal_and_are_not_flat() -> None
     for k in range(5000):
         place, count = rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0), int(rng.integers(1, 9))
         along = np.outer(rng.normal(size=count), rng.normal(size=3)) * 10.0 ** rng.uniform(-12.0, 0.0)
-        *normal, flatness = plane_of(moments(place + along * (k % 2)))
+        (normal,), (flatness,) = planes_of(moments(place + along * (k % 2))[None])
         assert abs(np.linalg.norm(normal) - 1.0) < 1e-9
         assert 0.0 <= flatness <= 1.0 + 1e-9
 
@@ -30,6 +30,6 @@ def test_a_plane_is_its_own_normal() -> None:
     normal = np.array([2.0, -1.0, 2.0]) / 3.0
     points = rng.normal(size=(30, 3))
     points = points - np.outer(points @ normal, normal) + [1.0, 2.0, 3.0]
-    *found, flatness = plane_of(moments(points))
-    assert abs(np.asarray(found) @ normal) > 1.0 - 1e-9
+    (found,), (flatness,) = planes_of(moments(points)[None])
+    assert abs(found @ normal) > 1.0 - 1e-9
     assert flatness < 1e-9

@@ -42,9 +42,10 @@ def squares_deg2(quiet_mm: float, loud_mm: float) -> Floats:
 def test_quiet_vertices_count_for_more() -> None:
     squares = squares_deg2(0.05, 1.0)
     # Equal weights were 7.3e-5 before walls were left out, which the steps of such noise are; 1.3e-5 while
-    # they were looked for on points whose noise had been given back; now 7.6e-6
+    # they were looked for on points whose noise had been given back; now 8.1e-6, and over 24 scans they
+    # are as good as weights: what set the two apart at such noise was walls that are none
     assert squares[0] < 0.1 * 7.3e-5
-    assert squares[0] < 0.8 * squares[1]
+    assert squares[1] < 0.15 * 7.3e-5
     squares = squares_deg2(0.0025, 0.05)  # as unlike, and no face of such noise is a wall
     assert squares[0] < 0.2 * squares[1]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from burrscan.burrs.noise.correlated_noise import _roughness
+from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import _equations
 
 
@@ -23,7 +24,7 @@ def test_a_slanted_ridge_fits_vertices_that_lie_on_it() -> None:
     across = v - 0.4 - 0.3 * u
     lift = 1.5 * np.clip(1.0 - np.abs(across) / np.where(across < 0.0, 0.6, 1.0), 0.0, None)
     p = np.array([1.5, 0.4, 0.3, 0.8, 0.25])
-    chi2, gradient, _ = _equations(u, v, lift, np.full(400, 0.1), p, 1, 0.0)
+    chi2, gradient, _ = _equations(Patch(u, v, lift, np.full(400, 0.1)), p, 1, 0.0)
     assert chi2 < 1e-20
     np.testing.assert_allclose(gradient, 0.0, atol=1e-9)
 
@@ -36,9 +37,9 @@ def test_the_gradient_is_that_of_chi_squared(power: int, footprint: float) -> No
     p = np.array([0.8, 0.1, 0.15, 1.1, -0.2])
 
     def chi2_at(one: np.ndarray) -> float:
-        return float(_equations(u, v, lift, sigma, one, power, footprint)[0])
+        return float(_equations(Patch(u, v, lift, sigma), one, power, footprint)[0])
 
     steps = 1e-6 * np.eye(5)
     numeric = [(chi2_at(p + step) - chi2_at(p - step)) / 2e-6 for step in steps]
-    gradient = _equations(u, v, lift, sigma, p, power, footprint)[1]
+    gradient = _equations(Patch(u, v, lift, sigma), p, power, footprint)[1]
     np.testing.assert_allclose(-2.0 * gradient, numeric, rtol=1e-4, atol=1e-3)

@@ -11,7 +11,6 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix import METHODS, deviation_mm, fit_generatrix
 from burrscan.generatrix.polyline import polyline_of
-from burrscan.generatrix.profile import angle_of
 from burrscan.inspection import Axis, Generatrix
 from burrscan.variants import resolve
 from tests.burrscan.parts import distance_to_polyline, exact_axis, whole_wheel, z_offset_mm
@@ -218,14 +217,6 @@ def test_deviation_is_the_distance_to_the_nearest_segment() -> None:
     inner = known & ~ends
     assert inner.sum() > 3000
     assert np.abs(deviation[inner]) == pytest.approx(distance_to_polyline(points[inner], nodes), abs=1e-9)
-
-
-def test_angles_are_those_of_atan2() -> None:
-    x, y = np.random.default_rng(0).normal(size=(2, 1000)) * 10.0 ** np.arange(-100, 100, 0.2)
-    edges = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [0.0, 0.0]])
-    for a, b in [*zip(x, y, strict=True), *edges]:
-        assert abs(angle_of(b, a) - np.arctan2(b, a)) <= 4.5e-16
-    assert np.isnan(angle_of(np.nan, np.nan))
 
 
 def test_pieces_are_parted_by_nan() -> None:

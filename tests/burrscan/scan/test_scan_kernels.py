@@ -1,39 +1,29 @@
-"""The adaptive scan's fast inner loops against their plain versions."""
+"""The adaptive scan's inner loops against plain versions."""
 
 import numpy as np
 
+from burrscan.codes.phase import sheet_of
 from burrscan.devices import CameraSheet
-from burrscan.scan.matching.matched import _median
-from burrscan.scan.matching.phasors import cosine_sine, phasors, phasors_of, row_sums, sheet_of, turns_of
+from burrscan.scan.matching.phasors import phasors, turns_of
 
 CAMERA = CameraSheet()
 
 
-def test_cosine_and_sine() -> None:
-    angles = np.random.default_rng(0).uniform(-6e3, 6e3, 5000)
-    found = np.array([cosine_sine(angle) for angle in angles])
-    np.testing.assert_allclose(found, np.stack([np.cos(angles), np.sin(angles)], axis=-1), atol=1e-11)
-
-
-def test_a_rows_phasors_are_each_pixels() -> None:
+def test_phasors_are_the_first_line_of_each_frequencys_spectrum() -> None:
     rng = np.random.default_rng(1)
     count, steps = 7, 3
     images = rng.integers(8, CAMERA.saturation_dn + 1, (count * steps, 2, 40)).astype(np.uint16)
     images[:, :, ::4] = np.minimum(images[:, :, ::4], CAMERA.saturation_dn - 1)
     images[4, 1, 3] = CAMERA.saturation_dn
-    sheet, turns = sheet_of(CAMERA), turns_of(steps)
-    sums = row_sums(images, 1, turns)
+    row = images.reshape(count, steps, 2, 40)[:, :, 1]
+    line = np.conj(np.fft.fft(row, axis=1)[:, 1])
+    light = row.mean(axis=1) - CAMERA.black_level_dn
+    whole = np.asarray((row < CAMERA.clipped_dn).all(axis=1))
+    noise = CAMERA.gain_dn_per_e * np.maximum(light, 0.0) + sheet_of(CAMERA)[2]
     for c in range(images.shape[2]):
-        z, variance, plain_z, plain = (np.empty(count, t) for t in (complex, float, complex, float))
-        found = phasors_of(sums, c, sheet, steps, z, variance)
-        np.testing.assert_allclose(found, phasors(images, 1, c, sheet, turns, plain_z, plain), rtol=1e-6)
-        # single precision on 10 bits, noise is 1 DN and more
-        np.testing.assert_allclose(z, plain_z, atol=2e-4)
-        np.testing.assert_allclose(variance, plain, rtol=1e-6)
-
-
-def test_median() -> None:
-    rng = np.random.default_rng(2)
-    for count in (1, 2, 5, 11, 12):
-        values = rng.normal(size=count)
-        assert _median(values.copy()) == np.median(values)
+        z, variance = np.empty(count, complex), np.empty(count)
+        mean, usable = phasors(images, 1, c, sheet_of(CAMERA), turns_of(steps), z, variance)
+        np.testing.assert_allclose(z, line[:, c] * 2.0 / steps, atol=1e-9)
+        np.testing.assert_allclose(variance, np.where(whole, noise * 2.0 / steps, np.inf)[:, c])
+        assert usable == whole[:, c].sum()
+        assert np.isclose(mean, light[:, c][whole[:, c]].mean())
