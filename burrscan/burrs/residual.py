@@ -23,7 +23,6 @@ from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.openings import MOST_OPEN, Openings
-from burrscan.generatrix.deviation import REACH
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
 
@@ -76,7 +75,7 @@ def burrs_residual(
         Width of the widest burr that the light is asked for.
     tallest_mm
         What stands off further than that, and than a tenth of the largest radius, is a bar, a handle or a
-        fixture, and no burr; see :mod:`burrscan.burrs.bodies`. So is a protrusion with a wider base.
+        fixture, and no burr; see :mod:`burrscan.burrs.bodies`.
     several_views
         Other views will confirm or deny what this one shows. So it also calls what may be an edge of
         brightness (a scratch, say), which one view alone leaves out: :mod:`burrscan.burrs.light.flat`.
@@ -96,7 +95,6 @@ def burrs_residual(
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings)
     certain = _with_a_curve_around(certain, field, faces)
-    certain = [one for one in certain if not _a_body(one.burr, field, tallest_mm)]
     seen: list[Burr] = []
     if sight is not None:
         surface, looks, places = disturbed(
@@ -158,15 +156,6 @@ def _with_a_curve_around(certain: list[_Certain], field: Field, faces: Ints32) -
         return []
     shares = shares_without(faces, field.without_curve, [field.vertex[one.on] for one in certain])
     return [one for one, share in zip(certain, shares, strict=True) if share <= MOST_WITHOUT]
-
-
-def _a_body(burr: Burr, field: Field, tallest_mm: float) -> bool:
-    """Whether the base of a protrusion is surely wider than a burr is ever high: that is a shape of the part.
-
-    Burrs are thinner than they are high, or about as thick; bulged and leaning ones two to three times.
-    """
-    widest_mm = max(tallest_mm, REACH * float(field.foot[:, 1].max()))
-    return burr.side == "protrusion" and burr.width_mm.value - 2.0 * burr.width_mm.sigma > widest_mm
 
 
 def _told_by_light(
