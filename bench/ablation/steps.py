@@ -206,6 +206,8 @@ STEPS: tuple[Step, ...] = (
         {"burrscan.burrs.field:of_another_body": lambda _, distance, __: np.zeros(len(distance), np.bool_)},
     ),
     Step("edges of openings are no burrs", "burrs", {f"{_RESIDUAL}:MOST_OPEN": 1.0}),
+    Step("edges of surfaces without a curve are no burrs", "burrs", {f"{_RESIDUAL}:MOST_WITHOUT": 1.0}),
+    Step("nicks are like their description", "burrs", {"burrscan.burrs.describe:_LEAST_EXPLAINED": -np.inf}),
     Step(
         "pieces of the curve apart",
         "burrs",

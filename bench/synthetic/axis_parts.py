@@ -58,7 +58,10 @@ def fluted(rng: Random) -> Mesh:
 
 
 def handled(rng: Random) -> Mesh:
-    """A solid vase, a cylinder or a cone with a handle; three in ten with a second one opposite."""
+    """A solid vase, a cylinder or a cone with a handle; three in ten with a second one opposite.
+
+    Handles end in the wall: nothing of them stands in the hollow of a mouth.
+    """
     outline = _body_outline(rng) if rng.random() < 0.5 else cylinder_outline(rng)
     tall, radius = float(np.ptp(outline[:, 0])), float(outline[:, 1].max())
     out, half = rng.uniform(0.3, 0.8) * radius, rng.uniform(0.2, 0.45) * tall
@@ -71,7 +74,7 @@ def handled(rng: Random) -> Mesh:
     handles = [_tube(path, thick)]
     if rng.random() < 0.3:
         handles.append(_tube(path * (-1.0, 1.0, 1.0), thick))
-    return joined([turned(outline), *handles])
+    return joined([turned(outline), *(_out_of_hollows(handle, outline) for handle in handles)])
 
 
 def oval(rng: Random) -> Mesh:
@@ -106,6 +109,18 @@ def _tube(path: Floats, thick: float) -> Mesh:
     angle = np.arange(_TUBE)[None, :, None] * 2.0 * np.pi / _TUBE
     points = path[:, None] + thick * (np.cos(angle) * across[:, None] + np.sin(angle) * side)
     return points.reshape(-1, 3), _tube_faces(len(path))
+
+
+def _out_of_hollows(part: Mesh, outline_zr: Floats) -> Mesh:
+    """A mesh without its faces in a hollow: outwards of it the outline is crossed more than once."""
+    points, faces = part
+    z, r = points[:, 2, None], np.hypot(points[:, 0], points[:, 1])[:, None]
+    (z0, r0), (z1, r1) = outline_zr[:-1].T, outline_zr[1:].T
+    across = (z0 <= z) != (z1 <= z)
+    share = np.where(across, z - z0, 0.0) / np.where(z1 == z0, 1.0, z1 - z0)
+    crossed = (across & (r0 + share * (r1 - r0) > r)).sum(axis=1)
+    hollow = (crossed > 0) & (crossed % 2 == 0)
+    return points, faces[~hollow[faces].any(axis=1)]
 
 
 def _tube_faces(rings: int) -> Ints32:

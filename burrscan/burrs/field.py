@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from burrscan.burrs.noise.border import border_spread_mm, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
-from burrscan.generatrix.deviation import REACH, feet_of, further_than
+from burrscan.generatrix.deviation import REACH, feet_of, further_than, past_ends
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
 from burrscan.generatrix.tracing.cells import arc_of, past_start
@@ -82,6 +82,10 @@ class Field:
         (N,) stated noise as it was given, 0 where none was.
     border
         (N,) True for vertices on the border of the mesh.
+    vertex
+        (N,) index of each in the mesh.
+    without_curve
+        (V,) True for the vertices of the mesh whose nearest place on the curve is an open end of it.
 
     """
 
@@ -100,6 +104,8 @@ class Field:
     local_mm: Floats
     stated_mm: Floats
     border: Bools
+    vertex: Ints
+    without_curve: Bools
 
     @property
     def spacing_mm(self) -> float:
@@ -153,7 +159,14 @@ def field_of(
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     counts = inner(faces, len(vertices_mm))[valid]
-    return _gridded(line, known, profile.angle[valid], np.nan_to_num(stated[valid]), counts, _finest(profile))
+    field = _gridded(
+        line, known, profile.angle[valid], np.nan_to_num(stated[valid]), counts, _finest(profile)
+    )
+    return replace(
+        field,
+        vertex=np.flatnonzero(valid),
+        without_curve=past_ends(profile.z_mm, profile.r_mm, line, foot),
+    )
 
 
 def _strangers(vertices_mm: Floats, faces: Ints32, axis: Axis, line: Polyline, foot: Foot) -> Bools:
@@ -206,6 +219,8 @@ def _gridded(
         local,
         stated,
         doubtful,
+        np.arange(len(angle)),
+        np.zeros(len(angle), dtype=np.bool_),
     )
 
 

@@ -20,6 +20,7 @@ from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
+from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.inspection import Axis, Burr, Generatrix, Value
@@ -93,6 +94,7 @@ def burrs_residual(
     found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings)
+    certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
     if sight is not None:
         surface, looks, places = disturbed(
@@ -114,11 +116,12 @@ def burrs_residual(
 
 
 class _Certain(NamedTuple):
-    """A burr that its depth shows, and its height in standard deviations."""
+    """A burr that its depth shows, its height in standard deviations, and the field's vertices on it."""
 
     region: Region
     burr: Burr
     size: float
+    on: Ints
 
 
 def _certain(
@@ -142,8 +145,17 @@ def _certain(
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
-            certain.append(_Certain(region, _less_sure(burr, share=shared_mm / burr.height_mm.value), size))
+            sure = _less_sure(burr, share=shared_mm / burr.height_mm.value)
+            certain.append(_Certain(region, sure, size, site.chosen[site.on]))
     return certain
+
+
+def _with_a_curve_around(certain: list[_Certain], field: Field, faces: Ints32) -> list[_Certain]:
+    """The burrs without what are edges of surfaces that have no curve."""
+    if not certain:
+        return []
+    shares = shares_without(faces, field.without_curve, [field.vertex[one.on] for one in certain])
+    return [one for one, share in zip(certain, shares, strict=True) if share <= MOST_WITHOUT]
 
 
 def _told_by_light(

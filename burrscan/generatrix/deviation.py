@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
-from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, polyline_of
+from burrscan.generatrix.polyline import Foot, Polyline, at_open_end, candidates, feet, polyline_of
 from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Generatrix
 
@@ -40,9 +40,7 @@ def deviation_mm(vertices_mm: Floats, axis: Axis, generatrix: Generatrix) -> Flo
 
 def feet_of(z_mm: Floats, r_mm: Floats, line: Polyline) -> Foot:
     """The nearest places on a finished generatrix. O(V)."""
-    side = _side_mm(line)
-    reach = max(4.0 * side, REACH * float(line.nodes_mm[:, 1].max()))
-    return _feet_within(reach, z_mm, r_mm, line, overshoot_mm=side)
+    return _feet_within(_reach_mm(line), z_mm, r_mm, line, overshoot_mm=_side_mm(line))
 
 
 def further_than(limit_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, foot: Foot) -> Bools:
@@ -52,6 +50,21 @@ def further_than(limit_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, fo
     further = np.zeros(len(z_mm), dtype=np.bool_)
     further[asked] = ~(np.abs(near.distance_mm) <= limit_mm)
     return further
+
+
+def past_ends(z_mm: Floats, r_mm: Floats, line: Polyline, foot: Foot) -> Bools:
+    """(V,) True where the nearest place on the curve is an open end of it; what is out of reach is not.
+
+    ``foot`` is of :func:`feet_of`. O(V).
+    """
+    past = at_open_end(line, foot)
+    asked = np.flatnonzero(np.isfinite(z_mm + r_mm) & ~foot.valid)
+    past[asked] = _feet_within(_reach_mm(line), z_mm[asked], r_mm[asked], line, overshoot_mm=np.inf).valid
+    return past
+
+
+def _reach_mm(line: Polyline) -> float:
+    return max(4.0 * _side_mm(line), REACH * float(line.nodes_mm[:, 1].max()))
 
 
 def _feet_within(reach_mm: float, z_mm: Floats, r_mm: Floats, line: Polyline, *, overshoot_mm: float) -> Foot:

@@ -279,6 +279,14 @@ def feet(z: Floats, r: Floats, line: Polyline, near: Candidates, *, overshoot_mm
     )
 
 
+def at_open_end(line: Polyline, foot: Foot) -> Bools:
+    """(V,) True where the nearest place on the curve is an open end of it, or lies beyond."""
+    begins, ends = _open_ends(line)
+    at = np.maximum(foot.segment, 0)
+    held: Bools = foot.valid & ((begins[at] & (foot.t <= 0.0)) | (ends[at] & (foot.t >= 1.0)))
+    return held
+
+
 def _open_ends(line: Polyline) -> tuple[Bools, Bools]:
     """Segments that begin, and segments that end, where their piece has an open end."""
     begins, ends = np.zeros(len(line.starts), bool), np.zeros(len(line.starts), bool)

@@ -153,8 +153,9 @@ def test_what_the_light_leaves_open_the_depth_decides(
     """
     monkeypatch.setattr(residual, "belongs", lambda *_: True)
     monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
-    nick = residual._Certain(SimpleNamespace(), SimpleNamespace(side="nick"), 225.0)  # type: ignore[arg-type]
-    halo = residual._Certain(SimpleNamespace(), SimpleNamespace(side="protrusion"), other)  # type: ignore[arg-type]
+    seen, on = SimpleNamespace(), np.zeros(0, int)
+    nick = residual._Certain(seen, SimpleNamespace(side="nick"), 225.0, on)  # type: ignore[arg-type]
+    halo = residual._Certain(seen, SimpleNamespace(side="protrusion"), other, on)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
     certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
     assert certain == ([nick] if kept else [halo])
