@@ -13,6 +13,10 @@ from bench.plotting.axes import ENDS, SIDES, WIDTH, Axes, log_marks, padded
 from bench.plotting.pictures import picture
 from burrscan.arrays import Bools, Floats, Levels
 
+INK, GREEN = "#5f6b7a", "#0a8f4d"
+"""Of a mesh, and of its sections."""
+SHOWN = 15_000
+"""Points of a mesh drawn: a picture's worth."""
 RASTER = 640
 """Width in pixels of points drawn as a picture."""
 _LEVELS = 40

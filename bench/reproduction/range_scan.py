@@ -11,7 +11,18 @@ from scipy.sparse.csgraph import connected_components
 from bench.reproduction.camera_view import OPPOSITE, seen_photo
 from bench.reproduction.drawing import grey
 from bench.reproduction.lab import PIPELINES, Lab
-from bench.reproduction.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
+from bench.reproduction.parts import (
+    SIDES,
+    Claim,
+    Numbers,
+    Picture,
+    Section,
+    Side,
+    Table,
+    both,
+    number,
+    whole_range,
+)
 from bench.reproduction.scanned import Scanned
 from bench.reproduction.shade import frame_of, shaded, view_from
 from burrscan.arrays import Floats, Ints32
@@ -157,7 +168,7 @@ def draw(n: Numbers) -> Section:
 
 
 def _span(values: Floats, form: str) -> str:
-    return f"{np.median(values):{form}} ({values.min():{form}} to {values.max():{form}})"
+    return whole_range(values, f"{{:{form}}}".format)
 
 
 def _excess(mesh: Floats) -> float:
