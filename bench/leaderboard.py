@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from bench.detection.records import detection
 from bench.run.directory import Run
+from bench.score.metric import shown_unit
 from bench.score.metrics import HEADLINE, metric_named
 from bench.summary.table import summarise, typical
 
@@ -63,9 +64,9 @@ def _metric_column(run: Run, names: Sequence[str], name: str) -> Column:
     metric = metric_named(name)
     values = tuple(summarise(name, [r for r in run.records if r.variant == v]) for v in names)
     share = metric.unit == "1"
-    unit = {"1": " %", "count": ""}.get(metric.unit, f" {metric.unit}")
     texts = tuple(_number(100.0 * value, ".1f") if share else _number(value, ".3g") for value in values)
-    return Column(f"{metric.title}, {typical(name)}{unit}", values, texts, metric.better == "higher")
+    title = f"{metric.title}, {typical(name)} {shown_unit(metric.unit)}".strip()
+    return Column(title, values, texts, metric.better == "higher")
 
 
 def _size_columns(run: Run, names: Sequence[str]) -> list[Column]:

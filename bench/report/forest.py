@@ -11,6 +11,7 @@ from markupsafe import Markup
 from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
 from bench.compare.text import SIGNS, here, number
+from bench.score.metric import shown_unit
 from bench.score.metrics import metric_named
 from bench.summary.table import typical
 
@@ -119,11 +120,6 @@ def signed(text: str, *, sign: bool) -> str:
     if not any(digit in "123456789" for digit in text):
         return text.removeprefix("-") if any(letter.isdigit() for letter in text) else text
     return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
-
-
-def shown_unit(unit: str) -> str:
-    """The unit in words; a number of things has none."""
-    return {"1": "%", "count": ""}.get(unit, unit)
 
 
 def headed(name: str, *, difference: bool = False) -> str:

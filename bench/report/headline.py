@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.compare.result import ArmComparison, Row
-from bench.report.forest import by_every_case, shown, shown_unit
-from bench.score.metric import within
+from bench.report.forest import by_every_case, shown
+from bench.score.metric import shown_unit, within
 
 _MOST = 8
 """Changes told in words; the table has them all."""

@@ -51,6 +51,11 @@ class Metric:
         return inspect.cleandoc(self.measure.__doc__ or "")
 
 
+def shown_unit(unit: str) -> str:
+    """The unit that numbers are shown in: shares in per cent, a number of things in none."""
+    return {"1": "%", "count": ""}.get(unit, unit)
+
+
 def within(title: str) -> str:
     """A title inside a sentence: ``Depth RMS`` is ``depth RMS`` there, ``RMS / bound`` stays."""
     return title if title[1:2].isupper() else title[:1].lower() + title[1:]
