@@ -16,9 +16,9 @@ from bench.budget.oracle import (
     with_burrs,
     with_generatrix,
 )
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.metrics import failed_metrics, measure_some
-from bench.score.part import MeshEvidence, PartEvidence
+from bench.score.part import MeshEvidence
 from burrscan.arrays import Bools, Floats, Floats32, Ints32
 from burrscan.correspondence import Correspondence
 from burrscan.inspection import Inspection
@@ -45,7 +45,7 @@ METRICS = (
 Budget = dict[str, dict[str, float]]
 """Substitution to metric to value."""
 
-Inspected = tuple[str, Callable[[], Evidence | MeshEvidence]]
+Inspected = tuple[str, Callable[[], PartEvidence]]
 
 
 def scan_budget(evidence: Evidence, pipeline: Pipeline, *, rig: Rig) -> Budget:
@@ -82,7 +82,7 @@ def _measured(steps: list[Inspected]) -> Budget:
     return {name: _values(look) for name, look in steps}
 
 
-def _values(look: Callable[[], Evidence | MeshEvidence]) -> dict[str, float]:
+def _values(look: Callable[[], PartEvidence]) -> dict[str, float]:
     try:
         return measure_some(look(), METRICS)
     except Exception:  # noqa: BLE001 (a stage under test may raise anything; that is its result)
@@ -139,7 +139,7 @@ def _part_steps(
     pipeline: Pipeline,
     mesh: Mesh,
     sight: Sight | None,
-    looked: Callable[[Inspection], Evidence | MeshEvidence],
+    looked: Callable[[Inspection], PartEvidence],
 ) -> Iterator[Inspected]:
     """Axis, generatrix and burrs replaced, one after the other."""
     pose = evidence.T_part_mesh
@@ -155,7 +155,7 @@ def _inspected(
     pipeline: Pipeline,
     mesh: Mesh,
     sight: Sight | None,
-    looked: Callable[[Inspection], Evidence | MeshEvidence],
-) -> Evidence | MeshEvidence:
+    looked: Callable[[Inspection], PartEvidence],
+) -> PartEvidence:
     vertices_mm, faces, sigma_mm = mesh
     return looked(inspect_surface(vertices_mm, faces, pipeline, sigma_mm=sigma_mm, sight=sight))

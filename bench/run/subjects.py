@@ -14,7 +14,7 @@ from bench.cell.spec import cell_from
 from bench.cell.story import keep, told
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
 from bench.run.job import Job
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.part import MeshEvidence, MeshTruth
 from bench.suites.case import Case
 from bench.suites.identity import entropy
@@ -53,7 +53,7 @@ class Look:
 
     """
 
-    evidence: Evidence | MeshEvidence
+    evidence: PartEvidence
     timings_s: Mapping[str, float]
     keep: Callable[[Path, str], None]
     budget: Callable[[], Budget]

@@ -31,7 +31,7 @@ class Metric:
     needs
         ``scan`` where ``measure`` takes :class:`bench.score.Evidence`, which a mesh that nobody scanned has
         not; ``cell`` where it takes :class:`bench.score.cell.CellEvidence`; ``part`` where a
-        :class:`bench.score.part.PartEvidence` will do.
+        :class:`bench.score.evidence.PartEvidence` will do.
 
     """
 
