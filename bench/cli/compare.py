@@ -159,7 +159,7 @@ def _table(arm: Any, only: str | None) -> Any:
 
 def _write(given: argparse.Namespace, comparison: Any, sitting: Sitting) -> None:
     from bench.compare.outputs import junit, latex, markdown, to_csv
-    from burrscan.files import written_whole
+    from burrscan.files import write_text
 
     writers: dict[str, Callable[[Any], str]] = {
         "markdown": markdown,
@@ -169,5 +169,4 @@ def _write(given: argparse.Namespace, comparison: Any, sitting: Sitting) -> None
     }
     for name, write in writers.items():
         if path := getattr(given, name):
-            with written_whole(path) as beside:
-                beside.write_text(write(comparison), "utf-8")
+            write_text(path, write(comparison))

@@ -43,12 +43,11 @@ def main(given: argparse.Namespace) -> int:
 def _put(path: Path, table: str) -> None:
     """Replace what stands between the two lines."""
     from burrscan.errors import InputError
-    from burrscan.files import written_whole
+    from burrscan.files import write_text
 
     text = path.read_text("utf-8") if path.exists() else ""
     before, start, rest = text.partition(_START)
     _, end, after = rest.partition(_END)
     if not (start and end):
         raise InputError(f"{path}: has no lines '{_START}' and '{_END}' to put the table between")
-    with written_whole(path) as beside:
-        beside.write_text(f"{before}{start}\n\n{table}\n{end}{after}", "utf-8")
+    write_text(path, f"{before}{start}\n\n{table}\n{end}{after}")

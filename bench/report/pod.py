@@ -88,18 +88,25 @@ def _charts(
         )
         for side in panel.sides
     ]
+    chart = pod_chart(found, title, model=model)
+    if chart and (model != "signal" or any(item.curve for _, _, item in found)):
+        yield chart
+
+
+def pod_chart(
+    found: Sequence[tuple[str, str, Detection]], title: str = "", *, model: Model = "hit/miss"
+) -> PodChart | None:
+    """What some sides (style class, label, detection) detect, of one size; None where no burr has a size."""
     sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
-    if not sizes or (model == "signal" and not any(item.curve for _, _, item in found)):
-        return
-    curves = [(css, item) for css, _, item in found]
-    rows = tuple(_row(css, label, item) for css, label, item in found)
+    if not sizes:
+        return None
     flat = of_one_size(np.array(sizes))
-    picture = Markup("") if flat else pod_picture(curves, title or _TITLES[model])
-    yield PodChart(
+    curves = [(css, item) for css, _, item in found]
+    return PodChart(
         title or ("Found or missed" if flat else _TITLES[model]),
-        picture,
-        rows,
-        "d'" if size == "dprime" else "mm",
+        Markup("") if flat else pod_picture(curves, title or _TITLES[model]),
+        tuple(_row(css, label, item) for css, label, item in found),
+        "d'" if found[0][2].size_name == "dprime" else "mm",
     )
 
 

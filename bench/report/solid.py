@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from bench.plotting.page import packed as pack
 from bench.plotting.pictures import lossy, ramp
 from burrscan.arrays import Floats, Levels
 
@@ -126,7 +126,7 @@ def packed(solid: Solid, limit_mm: float, low_mm: Floats, size_mm: float) -> dic
     return {
         "v": len(steps),
         "f": len(solid.faces),
-        "data": base64.b64encode(zlib.compress(data, 9)).decode("ascii"),
+        "data": pack(data),
     }
 
 

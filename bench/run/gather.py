@@ -15,7 +15,7 @@ from bench.run.records import Record
 from bench.run.tables import write_tables
 from bench.suites.cases import chosen, expand
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from burrscan.files import write_text
 
 _LOG = logging.getLogger("burrscan.gather")
 _SAME = ("suite_hash", "seed", "only", "metrics")
@@ -59,8 +59,7 @@ def gather(parts: Sequence[Path], out_dir: Path) -> Run:
     with directory.locked():
         for run in runs:
             _copy_pictures(run, directory)
-        with written_whole(directory.records) as beside:
-            beside.write_text("".join(record.line() for record in records.values()), "utf-8")
+        write_text(directory.records, "".join(record.line() for record in records.values()))
         write_manifest(directory, {**asked, "sessions": sessions})
         whole = load_run(out_dir)
         write_tables(whole)

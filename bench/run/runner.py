@@ -23,7 +23,7 @@ from bench.suites.case import Case
 from bench.suites.cases import chosen, expand
 from bench.suites.suite import Suite
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from burrscan.files import write_text
 from scenes.stores import Store
 from scenes.transport.store import NOWHERE, default_folder
 
@@ -228,8 +228,7 @@ def _settle(directory: RunDirectory, cases: Sequence[Case], variants: int) -> li
 
 
 def _rewrite(path: Path, records: Iterable[Record]) -> None:
-    with written_whole(path) as beside:
-        beside.write_text("".join(record.line() for record in records), "utf-8")
+    write_text(path, "".join(record.line() for record in records))
 
 
 def _definitions(suite: Suite) -> dict[str, Any]:
