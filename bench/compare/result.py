@@ -94,6 +94,11 @@ class Row:
     applies: bool = True
     note: str = ""
 
+    @property
+    def by_every_case(self) -> bool:
+        """Whether there are too few scenes for a verdict, but all cases went one way beyond the margin."""
+        return self.verdict == "inconclusive" and bool(self.every)
+
 
 @dataclass(frozen=True)
 class BurrChange:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.compare.result import ArmComparison, Row
-from bench.report.forest import by_every_case, shown
+from bench.report.forest import shown
 from bench.score.metric import shown_unit, within
 
 _MOST = 8
@@ -31,7 +31,7 @@ def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
         (arm, row)
         for arm in arms
         for row in arm.rows
-        if row.gated and (row.verdict in {"worse", "better"} or by_every_case(row))
+        if row.gated and (row.verdict in {"worse", "better"} or row.by_every_case)
     ]
     found.sort(key=lambda item: (_way(item[1]) != "worse", -_margins(item[1])))
     return tuple(_change(row, arm.new if len(arms) > 1 else "") for arm, row in found[:_MOST])
@@ -39,7 +39,7 @@ def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
 
 def _way(row: Row) -> str:
     """Which way it went: for other scenes, or else in every case here."""
-    return row.every if by_every_case(row) else row.verdict
+    return row.every if row.by_every_case else row.verdict
 
 
 def _margins(row: Row) -> float:
@@ -58,7 +58,7 @@ def _change(row: Row, arm: str) -> Change:
 
 
 def _sure(row: Row) -> str:
-    if by_every_case(row):
+    if row.by_every_case:
         return f"in all {row.pairs} cases"
     low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
     return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from bench.compare import Comparison, compare_runs, joined
 from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.result import ArmComparison, by_case
+from bench.compare.text import SIGNS, aside, here, notes
 from bench.detection import Detection
 from bench.plotting import pictures
 from bench.plotting.page import write_page
@@ -18,7 +19,7 @@ from bench.report import summary
 from bench.report.cases import CaseView, view
 from bench.report.cell import cell_part
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
-from bench.report.forest import forest
+from bench.report.forest import forest, interval, points, shown
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
@@ -30,6 +31,7 @@ from bench.report.stages import STAGES, stage_budget
 from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Run, load_run
+from bench.score.metric import shown_unit
 from bench.score.metrics import metric_named
 from burrscan.errors import InputError
 
@@ -178,7 +180,14 @@ def _content(
         "by_case": by_case,
         "metrics": [metric_named(name) for name in names],
         "stage_names": STAGES,
-        "shown_unit": summary.shown_unit,
+        "shown": shown,
+        "shown_unit": shown_unit,
+        "points": points,
+        "interval": interval,
+        "here": here,
+        "aside": aside,
+        "notes": notes,
+        "signs": SIGNS,
         "limits": limits,
         "gradient": Markup(pictures.gradient()),  # noqa: S704 (our own constant)
         "pixel_colours": PIXEL_COLOURS,

@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
+from bench.score.metric import shown_unit
 from bench.summary.table import summarise, typical, value_of
 
 _FEWEST = 6
@@ -241,13 +242,8 @@ def _cells(
     return tuple(Cell(text, best=value == best) for value, text in zip(values, texts, strict=True))
 
 
-def shown_unit(unit: str) -> str:
-    """The unit that a table's heading states: shares are shown in per cent."""
-    return "%" if unit == "1" else unit
-
-
 def number(value: float, unit: str) -> str:
-    """A metric's value as text, in :func:`shown_unit`."""
+    """A metric's value as text, in :func:`bench.score.metric.shown_unit`."""
     if not math.isfinite(value):
         return "failed" if math.isinf(value) else "–"
     if unit == "1":

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bench.compare import ArmComparison, GateOutcome, Verdict, compare_runs
+from bench.compare.text import aside
 from bench.detection.hit_miss import fit_hit_miss
 from bench.report import build_report
 from bench.report.forest import WIDTH, forest
@@ -136,7 +137,8 @@ def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> No
     (told,), (shown,) = (changes([replace(arm, rows=(one,))]) for one in (decided, tested))
     assert told.sure == f"in all {row.pairs} cases"
     assert shown.sure == "99.5 %: +10.00 to +60.00"
-    assert forest(replace(arm, rows=(decided,))).rows[0].aside == "better in every case"
+    assert aside(decided) == "better in every case"
+    assert [row for row, _ in forest(replace(arm, rows=(decided,))).rows] == [decided]
 
 
 def _with_verdicts(arm: ArmComparison, *verdicts: Verdict) -> ArmComparison:
