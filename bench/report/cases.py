@@ -13,7 +13,7 @@ from bench.report import figures
 from bench.report.figures import Figure, Scales
 from bench.report.forest import shown
 from bench.report.sides import Side
-from bench.report.summary import Cell, Row, score_row
+from bench.report.summary import Cell, Row, known_rows, score_row
 from bench.run import Record, Run
 from bench.score.metrics import metric_named
 from bench.summary.table import summarise
@@ -100,7 +100,7 @@ def view(
     records = [side.records[case] for side in there]
     truth = next((arrays for side in there if (arrays := side.truth(case))), {})
     found = {side: side.found(case) for side in there if side in pictured}
-    whites = [figures.photo_figures(truth, arrays, "") for arrays in found.values()]
+    whites = [figures.photo_figures(truth, arrays) for arrays in found.values()]
     return CaseView(
         case.replace(",", ", "),
         anchor,
@@ -154,8 +154,7 @@ def _suite_argument(run: Run) -> str:
 
 def case_rows(records: Sequence[Record], metrics: Sequence[str], *, paired: bool = False) -> tuple[Row, ...]:
     """The score of one case, per side; a failed one has none. Metrics that no side has are left out."""
-    rows = [_case_row(records, name, paired=paired) for name in metrics]
-    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
+    return known_rows(_case_row(records, name, paired=paired) for name in metrics)
 
 
 def _case_row(records: Sequence[Record], name: str, *, paired: bool) -> Row:

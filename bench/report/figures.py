@@ -14,8 +14,7 @@ from bench.plotting import pictures
 from bench.plotting.axes import round_up
 from bench.report import charts
 from bench.report.charts import Mark, Unrolled
-from bench.report.load import Arrays
-from bench.report.sides import Side
+from bench.report.sides import Arrays, Side
 from bench.report.solid import Solid, viewer
 from burrscan.arrays import Levels
 
@@ -69,11 +68,11 @@ def scales(looks: Sequence[tuple[Side, str]]) -> Scales:
     )
 
 
-def photo_figures(truth: Arrays, found: Arrays, label: str) -> tuple[Figure, ...]:
+def photo_figures(truth: Arrays, found: Arrays) -> tuple[Figure, ...]:
     """The part as the camera sees it under white light; nothing for a mesh that nobody scanned."""
     if "white" not in found or "measurable" not in truth:
         return ()
-    return (Figure(f"As the camera sees it{label}", _camera(found["white"], truth, "camera, white light")),)
+    return (Figure("As the camera sees it", _camera(found["white"], truth, "camera, white light")),)
 
 
 def true_map_figures(truth: Arrays, limits: Scales) -> tuple[Figure, ...]:
@@ -124,13 +123,8 @@ def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, fi
 
 
 def scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """What the scanner showed, saw and decoded."""
-    return _scan_figures(truth, found, limits) if truth and found else ()
-
-
-def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """What the scanner showed and saw; nothing for a mesh that nobody scanned."""
-    if "pixels" not in found:
+    """What the scanner showed, saw and decoded; nothing for a mesh that nobody scanned."""
+    if not truth or "pixels" not in found:
         return ()
     part = pictures.window(truth)
     depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)

@@ -24,7 +24,6 @@ from bench.report.goals import goals
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
-from bench.report.matrix import matrix
 from bench.report.pod import pod_chart, pod_charts, pod_groups
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.stages import STAGES, stage_budget
@@ -203,7 +202,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "arms": panel.arms,
         "score": summary.score_rows(parts, names),
         "strips": strips(panel.sides[0], names) if len(panel.sides) == 1 else None,
-        "matrix": matrix(panel, names) if len(panel.sides) > 2 else None,
+        "matrix": summary.matrix(panel, names),
         "pod": pod_charts(panel),
         "pod_groups": pod_groups(panel),
         "heat": heat_views(panel, names),

@@ -18,11 +18,10 @@ from bench.report.forest import WIDTH, forest
 from bench.report.goals import goals
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
-from bench.report.matrix import matrix
 from bench.report.pod import pod_groups, told_sizes
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.strips import strips
-from bench.report.summary import score_row, time_rows, verdict
+from bench.report.summary import matrix, score_row, time_rows, verdict
 from bench.report.worst import worst_of
 from bench.run import Record, load_run
 from tests.bench.report_run import made_up_run
@@ -58,18 +57,18 @@ def test_goals_that_no_case_is_about_are_open(tmp_path: Path) -> None:
 
 def test_many_variants_are_one_table_with_the_verdicts_of_the_comparison(three: Panel) -> None:
     table = matrix(three, ["coverage", "frames"])
-    assert [(line.label, line.failed) for line in table.lines] == [
+    assert [(side.label, side.failed) for side in three.sides] == [
         ("fixed", 1),
         ("adaptive", 0),
         ("again", 0),
     ]
     verdicts = {arm.new: {row.metric: row.verdict for row in arm.rows} for arm in three.arms}
-    for line in table.lines[1:]:
-        for metric, cell in zip(("coverage", "frames"), line.cells, strict=True):
-            verdict = verdicts[line.label][metric]
+    for metric, row in zip(("coverage", "frames"), table, strict=True):
+        for side, cell in zip(three.sides[1:], row.cells[1:], strict=True):
+            verdict = verdicts[side.label][metric]
             assert cell.verdict == (verdict if verdict in {"better", "worse"} else "")
-    assert [line.cells[0].best for line in table.lines] == [False, True, False]
-    assert table.lines[0].cells[0].verdict == ""
+    assert [cell.best for cell in table[0].cells] == [False, True, False]
+    assert table[0].cells[0].verdict == ""
 
 
 def test_the_ranking_counts_the_gated_verdicts(three: Panel) -> None:
