@@ -14,8 +14,6 @@ from burrscan.arrays import Floats, Floats32, Image
 from burrscan.calibration.board import Board
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
-from burrscan.captures.gray_folder import plain_gray_patterns
-from burrscan.captures.png import write_grey
 from burrscan.scan.rivals.rows_and_columns import scan_rows_and_columns
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
@@ -189,28 +187,3 @@ def write_coded_boards(
         recorder.close()
         written.append(folder / f"{i:02d}")
     return written
-
-
-def write_board_capture(
-    folder: Path,
-    light: LightTransport,
-    *,
-    camera: CameraSpec | None = None,
-    projector: ProjectorSpec | None = None,
-    exposure_ms: float = 20.0,
-    identity: tuple[int, ...] = (0,),
-) -> Path:
-    """Record a board as a plain Gray-code folder (:mod:`burrscan.captures.gray_folder`)."""
-    folder.mkdir(parents=True, exist_ok=True)
-    height, width = light.projector_shape
-    images = board_images(
-        light,
-        plain_gray_patterns(width=width, height=height).frames,
-        camera=camera or CameraSpec(),
-        projector=projector or ProjectorSpec(),
-        exposure_ms=exposure_ms,
-        identity=identity,
-    )
-    for i, image in enumerate(images):
-        write_grey(folder / f"graycode_{i:02d}.png", image)
-    return folder

@@ -9,12 +9,10 @@ from functools import partial
 import numpy as np
 
 from bench.budget.oracle import (
+    knowing,
     true_axis,
     true_burrs,
     true_generatrix,
-    with_axis,
-    with_burrs,
-    with_generatrix,
 )
 from bench.score.evidence import Evidence, PartEvidence
 from bench.score.metrics import failed_metrics, measure_some
@@ -144,11 +142,14 @@ def _part_steps(
     """Axis, generatrix and burrs replaced, one after the other."""
     pose = evidence.T_part_mesh
     axis = true_axis(pose, mesh[0])
-    told_axis = with_axis(pipeline, axis)
-    told_curve = with_generatrix(told_axis, true_generatrix(pose, evidence.true_generatrix_zr_mm, axis))
-    told_all = with_burrs(told_curve, true_burrs(pose, evidence.true_burrs, axis))
-    for name, told in (("axis", told_axis), ("generatrix", told_curve), ("burrs", told_all)):
-        yield name, partial(_inspected, told, mesh, sight, looked)
+    answers = {
+        "axis": axis,
+        "generatrix": true_generatrix(pose, evidence.true_generatrix_zr_mm, axis),
+        "burrs": true_burrs(pose, evidence.true_burrs, axis),
+    }
+    for kind, answer in answers.items():
+        pipeline = knowing(pipeline, kind, answer)
+        yield kind, partial(_inspected, pipeline, mesh, sight, looked)
 
 
 def _inspected(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from bench.plotting.pictures import view_from
 from bench.reproduction.axis_found import METHODS, found_in_frames
 from bench.reproduction.drawing import GREEN, INK, Layer, bulk, dots, equal_axes, ring, spot
 from bench.reproduction.frames import DRAW
@@ -26,7 +27,6 @@ from bench.reproduction.parts import (
     verdict,
 )
 from bench.reproduction.scanned import Scanned
-from bench.reproduction.shade import view_from
 from bench.score.matching import turn_deg
 from burrscan.arrays import Floats
 from burrscan.burrs.rivals.seed import agreeing as agreeing_of

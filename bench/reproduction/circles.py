@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.plotting.pictures import view_from
 from bench.reproduction.drawing import GREEN, INK, SHOWN, Layer, bulk, dots, equal_axes, ring, spot
 from bench.reproduction.orientation import Sectioned, angles_of, sectioned
 from bench.reproduction.parts import Numbers, Picture, Variant
 from bench.reproduction.scanned import Scanned
-from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
 
 _WIDEST = 1.6

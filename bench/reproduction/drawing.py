@@ -87,16 +87,13 @@ def heat(axes: Axes, values: Floats, limits: tuple[float, float]) -> Markup:
 
 
 def _heat_colours() -> Mapping[int, str]:
-    at = np.linspace(0.0, 1.0, len(_HEAT))
-    anchors = np.array(_HEAT, float)
-    wanted = np.linspace(0.0, 1.0, _LEVELS)
-    rgb = np.stack([np.interp(wanted, at, anchors[:, k]) for k in range(3)], axis=1).round().astype(int)
-    return {number: "#{:02x}{:02x}{:02x}".format(*colour) for number, colour in enumerate(rgb, 1)}
+    colours = pictures.ramp(_HEAT, _LEVELS)
+    return {number: "#{:02x}{:02x}{:02x}".format(*colour) for number, colour in enumerate(colours, 1)}
 
 
 def heat_gradient() -> str:
     """The colours of :func:`heat` as a CSS gradient."""
-    return f"linear-gradient(to right, {', '.join('rgb({} {} {})'.format(*c) for c in _HEAT)})"
+    return pictures.gradient(_HEAT)
 
 
 def chart(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.plotting.pictures import view_from
 from bench.reproduction.drawing import Layer, dots, equal_axes
 from bench.reproduction.lab import Lab
 from bench.reproduction.parts import Claim, Numbers, Picture, Section, number
-from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.starts import hemisphere
 from burrscan.axis.rivals.seed import orientation_grid
