@@ -19,14 +19,14 @@ from bench.report import summary
 from bench.report.cases import CaseView, view
 from bench.report.cell import cell_part
 from bench.report.figures import PIXEL_COLOURS, Scales, scales
-from bench.report.forest import forest, interval, points, shown
-from bench.report.goals import goals
+from bench.report.forest import forest, headed, interval, points, shown
+from bench.report.goals import goals, measured, wanted, where
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
 from bench.report.pod import pod_chart, pod_charts, pod_groups
 from bench.report.sides import Panel, paired_panels, sides_of
-from bench.report.stages import STAGES, stage_budget
+from bench.report.stages import STAGES, stage_budget, stage_cost
 from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Run, load_run
@@ -178,7 +178,13 @@ def _content(
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
         "by_case": by_case,
         "metrics": [metric_named(name) for name in names],
+        "metric_named": metric_named,
+        "headed": headed,
+        "wanted": wanted,
+        "measured": measured,
+        "where": where,
         "stage_names": STAGES,
+        "stage_cost": stage_cost,
         "shown": shown,
         "shown_unit": shown_unit,
         "points": points,

@@ -15,7 +15,7 @@ from bench.compare.text import aside
 from bench.detection.hit_miss import fit_hit_miss
 from bench.report import build_report
 from bench.report.forest import WIDTH, forest
-from bench.report.goals import goals
+from bench.report.goals import goals, measured, wanted, where
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.pod import pod_groups, told_sizes
@@ -39,20 +39,22 @@ def test_goals_are_met_and_missed_by_the_records(three: Panel) -> None:
     """Adaptive covers 0.93 on the average; fixed 0.40 where polished, once failed; again is within bounds."""
     found = goals([("", three.sides[0].run)])
     assert found is not None
-    assert [line.cells[0].sign for line in found.lines] == ["✓", "✗", "✓"]
-    assert [line.wanted for line in found.lines] == ["≥ 90.00", "≥ 90.00", "0.0010 to 0.5000"]
-    assert [line.where for line in found.lines] == ["all", "finish polished", "all"]
-    assert [line.cells[0].cases for line in found.lines] == [6, 2, 6]
-    assert found.lines[0].cells[0].measured == "93.33"  # (93 + 92 + 91 + 90 + 97.5 + 96.5) / 6
-    assert found.lines[1].cells[0].measured == "20.00"  # nothing, and 0.40
-    assert (found.met, found.open, found.missed) == (2, 0, "coverage")
+    assert [row.met for row in found.last] == [True, False, True]
+    assert [wanted(row) for row in found.last] == ["≥ 90.00", "≥ 90.00", "0.0010 to 0.5000"]
+    assert [where(row) for row in found.last] == ["all", "finish polished", "all"]
+    assert [row.cases for row in found.last] == [6, 2, 6]
+    assert measured(found.last[0]) == "93.33"  # (93 + 92 + 91 + 90 + 97.5 + 96.5) / 6
+    assert measured(found.last[1]) == "20.00"  # nothing, and 0.40
+    assert found.missed == "coverage"
+    assert not any(row.open for row in found.last)
 
 
 def test_goals_that_no_case_is_about_are_open(tmp_path: Path) -> None:
     run = load_run(made_up_run(tmp_path / "run", many=True, pictures=False, stop_after=0))
     found = goals([("", run)])
     assert found is not None
-    assert (found.met, found.open, found.missed) == (0, 3, "")
+    assert [(row.met, row.open) for row in found.last] == [(False, True)] * 3
+    assert found.missed == ""
 
 
 def test_many_variants_are_one_table_with_the_verdicts_of_the_comparison(three: Panel) -> None:
