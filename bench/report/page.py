@@ -16,9 +16,9 @@ from bench.detection import Detection
 from bench.plotting import pictures
 from bench.plotting.page import write_page
 from bench.report import summary
-from bench.report.cases import CaseView, view
+from bench.report.cases import view
 from bench.report.cell import cell_part
-from bench.report.figures import PIXEL_COLOURS, Scales, scales
+from bench.report.figures import PIXEL_COLOURS, scales
 from bench.report.forest import forest, headed, interval, points, shown
 from bench.report.goals import goals, measured, wanted, where
 from bench.report.headline import changes, ranking, winner
@@ -172,7 +172,7 @@ def _content(
         ),
         "panels": [_panel(panel, names, anchors) for panel in panels],
         "paired": panels[0].paired,
-        "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
+        "cases": [view(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
         "failures": (missing := failures(panels)),
         "failed": sum(len(item["cases"]) for item in missing),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
@@ -216,18 +216,3 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "times": summary.time_rows(parts),
         "index": index(panel, anchors),
     }
-
-
-def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> CaseView:
-    return view(
-        item.case,
-        item.panel.sides,
-        pictured=item.sides,
-        stands_out=item.kind[0],
-        anchor=anchor,
-        title=item.panel.title,
-        reason=item.reason,
-        metrics=names,
-        limits=limits,
-        paired=item.panel.paired,
-    )
