@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -152,7 +151,6 @@ def write_coded_boards(
     count: int,
     code: str = "gray_phase",
     seed: int = 0,
-    parameters: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Record boards in front of a scene's rig, a capture folder ``00``, ``01``, … each.
 
@@ -164,8 +162,8 @@ def write_coded_boards(
         Where the captures go.
     board, count
         What is shown, and in how many poses.
-    code, parameters
-        A code family for the strategy ``both``, and its parameters.
+    code
+        A code family for the strategy ``both``.
     seed
         Of poses and noise.
 
@@ -181,9 +179,9 @@ def write_coded_boards(
     for i, pose in enumerate(poses):
         light = board_light(BoardSpec(board), pose, optics, samples=scene.render.samples, seed=i)
         scanner = SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(seed, i))
-        given = {"code": code, "parameters": dict(parameters or {})}
+        given = {"code": code, "parameters": {}}
         recorder = RecordingScanner(scanner, folder / f"{i:02d}", scan=ScanDocument("both", given))
-        scan_rows_and_columns(recorder, code=code, parameters=dict(parameters or {}))
+        scan_rows_and_columns(recorder, code=code)
         recorder.close()
         written.append(folder / f"{i:02d}")
     return written

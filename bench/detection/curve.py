@@ -12,6 +12,8 @@ from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
+_BINS = 8
+
 
 @dataclass(frozen=True)
 class PodCurve:
@@ -69,12 +71,11 @@ class Share:
     high: float
 
 
-def shares(size: Floats, hit: Bools, *, bins: int = 8) -> tuple[Share, ...]:
-    """Shares found at each size, or in groups of equal number where there are more sizes than ``bins``."""
-    values = np.unique(size)
-    edges = (
-        values if len(values) <= bins else np.unique(np.quantile(size, np.linspace(0.0, 1.0, bins + 1))[:-1])
-    )
+def shares(size: Floats, hit: Bools) -> tuple[Share, ...]:
+    """Shares found at each size, or in groups of equal number where there are more sizes than eight."""
+    edges = np.unique(size)
+    if len(edges) > _BINS:
+        edges = np.unique(np.quantile(size, np.linspace(0.0, 1.0, _BINS + 1))[:-1])
     group = np.searchsorted(edges, size, side="right")
     found = []
     for number in np.unique(group):
@@ -105,11 +106,11 @@ def size_of(place: float) -> float:
         return float(np.exp(place))
 
 
-def grid(x: Floats, points: int = 81) -> Floats:
+def grid(x: Floats) -> Floats:
     """Places (K,) on the curve's axis that cover the sizes seen and a little more."""
     known = x[np.isfinite(x)]
     room = 0.15 * float(np.ptp(known))
-    return np.linspace(float(known.min()) - room, float(known.max()) + room, points)
+    return np.linspace(float(known.min()) - room, float(known.max()) + room, 81)
 
 
 def crossing(x: Floats, height: Callable[[float], float], level: float) -> float:

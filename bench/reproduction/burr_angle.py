@@ -83,9 +83,9 @@ def mean_angle(angles_deg: Floats) -> float:
     return float(np.degrees(np.angle(np.exp(1j * np.radians(angles_deg)).sum())))
 
 
-def agreeing(angles_deg: Floats, *, within_deg: float = WITHIN_DEG) -> Floats:
+def agreeing(angles_deg: Floats) -> Floats:
     """The largest company of angles within t of one of them (RANSAC with every circle tried)."""
-    companies = [np.abs(turn_deg(angles_deg, float(angle))) < within_deg for angle in angles_deg]
+    companies = [np.abs(turn_deg(angles_deg, float(angle))) < WITHIN_DEG for angle in angles_deg]
     return np.asarray(max(companies, key=lambda company: int(company.sum())))
 
 

@@ -34,11 +34,11 @@ class Layer:
     size: int = 1
 
 
-def equal_axes(points: Floats, x_title: str, y_title: str, *, margin: float = 0.04) -> Axes:
+def equal_axes(points: Floats, x_title: str, y_title: str) -> Axes:
     """Axes around points (N, 2) with one scale for both directions."""
     known = points[np.isfinite(points).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
-    room = margin * float((high - low).max())
+    room = 0.04 * float((high - low).max())
     low, high = low - room, high + room
     inner = (WIDTH - SIDES) * float((high[1] - low[1]) / (high[0] - low[0]))
     height = min(max(inner, 90.0), 420.0)
@@ -135,7 +135,7 @@ def grey(image: Levels, label: str) -> Markup:
     return picture(pictures.photo(image), label)
 
 
-def ring(centre: Floats, radius: float, *, around: int = 120) -> Floats:
+def ring(centre: Floats, radius: float) -> Floats:
     """(N, 2) a circle's points."""
-    t = np.linspace(0.0, 2.0 * np.pi, around)
+    t = np.linspace(0.0, 2.0 * np.pi, 120)
     return np.asarray(centre + radius * np.column_stack([np.cos(t), np.sin(t)]))

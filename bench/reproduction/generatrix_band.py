@@ -29,10 +29,10 @@ _ABOUT_3_MM = 3.5
 """Half of the thickest band that the paper gives."""
 
 
-def thickness_mm(z_mm: Floats, r_mm: Floats, *, steps: int = STEPS, share: float = 0.01) -> Floats:
+def thickness_mm(z_mm: Floats, r_mm: Floats, *, share: float = 0.01) -> Floats:
     """Span of the distances to the axis in each step along it, less ``share`` of strays at both ends."""
     first, last = np.quantile(z_mm, [share, 1.0 - share])
-    edges = np.linspace(first, last, steps + 1)
+    edges = np.linspace(first, last, STEPS + 1)
     spans = []
     for low, high in pairwise(edges):
         inside = r_mm[(z_mm >= low) & (z_mm < high)]

@@ -9,6 +9,7 @@ from burrscan.arrays import Floats, Ints32, Levels
 
 BACKGROUND = 236
 """Grey of what is no mesh: lighter than any shade."""
+_WIDTH = 420
 _LIGHT = np.array([0.35, -0.45, 0.82])
 """Direction towards the light in the viewer's frame; of unit length to 0.2 %."""
 
@@ -19,7 +20,6 @@ def shaded(
     view: Floats,
     *,
     frame_mm: tuple[Floats, Floats],
-    width: int = 420,
 ) -> Levels:
     """A mesh in grey, lit from above left.
 
@@ -31,20 +31,18 @@ def shaded(
         (3, 3) rows: right, up and towards the viewer.
     frame_mm
         Lower left and upper right corner (2,) of the picture, along right and up.
-    width
-        Of the picture, pixels.
 
     Returns
     -------
-    (h, width) grey levels.
+    (h, 420) grey levels.
 
     """
     low, high = frame_mm
-    scale = width / float(high[0] - low[0])
+    scale = _WIDTH / float(high[0] - low[0])
     height = max(round(scale * float(high[1] - low[1])), 1)
     seen = vertices_mm @ view.T
     places = np.column_stack([(seen[:, 0] - low[0]) * scale - 0.5, (high[1] - seen[:, 1]) * scale - 0.5])
-    canvas = np.full((height, width), BACKGROUND, np.uint8)
+    canvas = np.full((height, _WIDTH), BACKGROUND, np.uint8)
     grey = _tones(seen, faces)[:, None] * 190.0 + 20.0
     return painted(canvas, places[faces], seen[faces].mean(axis=1)[:, 2], grey)
 
@@ -59,8 +57,8 @@ def _tones(seen: Floats, faces: Ints32) -> Floats:
     return np.asarray(np.clip(0.15 + 0.85 * np.maximum(cosine, 0.0), 0.0, 1.0))
 
 
-def frame_of(points_mm: Floats, view: Floats, *, margin: float = 0.04) -> tuple[Floats, Floats]:
+def frame_of(points_mm: Floats, view: Floats) -> tuple[Floats, Floats]:
     """Corners of a picture that holds nearly all points; strays are left out."""
     low, high = np.quantile(points_mm @ view[:2].T, [0.001, 0.999], axis=0)
-    room = margin * float((high - low).max())
+    room = 0.04 * float((high - low).max())
     return low - room, high + room

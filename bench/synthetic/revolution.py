@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -13,44 +13,32 @@ from burrscan.arrays import Floats, Ints32
 from burrscan.documents import STRICT
 from burrscan.pose import placed
 
-PROFILES: dict[str, tuple[tuple[float, float], ...]] = {
+
+def _arc(radius_mm: float, middle_mm: float, reach_rad: float) -> Floats:
+    """Points (z, r) on a circle about (0, ``middle_mm``), outermost in the middle."""
+    angle = np.linspace(-reach_rad, reach_rad, 400)
+    return np.stack([radius_mm * np.sin(angle), middle_mm + radius_mm * np.cos(angle)], axis=1)
+
+
+_Z = np.linspace(-60.0, 60.0, 400)
+PROFILES: dict[str, Any] = {
     # (z, r) in mm. The stepped wheel of METHODS: radius 80 to 100 mm, 60 mm wide, same Cramér-Rao bounds.
     "stepped_wheel": ((-30, 80), (-12, 82), (-12, 90), (8, 92), (8, 100), (30, 100)),
     "cylinder": ((-30, 90), (30, 90)),
     "cone": ((-30, 70), (30, 100)),
     "flanged_hub": ((-30, 40), (-30, 100), (-20, 100), (-20, 60), (30, 55), (30, 30)),
     "plane": ((0, 20), (0, 100)),
+    "torus": _arc(25.0, 80.0, 0.75 * np.pi),  # the outer half of its circle, plus some of the inner half
+    "vase": np.stack([_Z, 60.0 + 20.0 * np.sin(_Z / 22.0) + 5.0 * np.cos(_Z / 9.0)], axis=1),
+    "sphere": _arc(90.0, 0.0, 1.0),  # a zone of it
 }
-
-
-def torus_profile(*, radius_mm: float = 80.0, tube_mm: float = 25.0, count: int = 400) -> Floats:
-    """The outer half of a torus's circle, plus some of the inner half."""
-    angle = np.linspace(-0.75 * np.pi, 0.75 * np.pi, count)
-    return np.stack([tube_mm * np.sin(angle), radius_mm + tube_mm * np.cos(angle)], axis=1)
-
-
-def vase_profile(*, count: int = 400) -> Floats:
-    """A curve without straight parts."""
-    z = np.linspace(-60.0, 60.0, count)
-    return np.stack([z, 60.0 + 20.0 * np.sin(z / 22.0) + 5.0 * np.cos(z / 9.0)], axis=1)
-
-
-def sphere_profile(*, radius_mm: float = 90.0, count: int = 400) -> Floats:
-    """A zone of a sphere."""
-    angle = np.linspace(-1.0, 1.0, count)
-    return radius_mm * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+SHAPES = tuple(PROFILES)
+"""Every named shape."""
 
 
 def profile_of(shape: str | Floats) -> Floats:
     """The (K, 2) polyline (z, r) of a named shape; a polyline is its own."""
-    if not isinstance(shape, str):
-        return shape
-    return _CURVES[shape]() if shape in _CURVES else np.array(PROFILES[shape], dtype=np.float64)
-
-
-_CURVES = {"torus": torus_profile, "vase": vase_profile, "sphere": sphere_profile}
-SHAPES = (*PROFILES, *_CURVES)
-"""Every named shape."""
+    return np.array(PROFILES[shape] if isinstance(shape, str) else shape, np.float64)
 
 
 @dataclass(frozen=True)
