@@ -12,7 +12,7 @@ from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
-_BINS = 8
+_BINS = 8  # shares found at more places would hide the curve
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from burrscan.arrays import Floats, Ints32, Levels
 
 BACKGROUND = 236
 """Grey of what is no mesh: lighter than any shade."""
-_WIDTH = 420
+_WIDTH = 420  # of a picture, pixels: the file stays small
 _LIGHT = np.array([0.35, -0.45, 0.82])
 """Direction towards the light in the viewer's frame; of unit length to 0.2 %."""
 

@@ -20,7 +20,7 @@ def _arc(radius_mm: float, middle_mm: float, reach_rad: float) -> Floats:
     return np.stack([radius_mm * np.sin(angle), middle_mm + radius_mm * np.cos(angle)], axis=1)
 
 
-_Z = np.linspace(-60.0, 60.0, 400)
+_Z = np.linspace(-60.0, 60.0, 400)  # of the vase: 120 mm tall
 PROFILES: dict[str, Any] = {
     # (z, r) in mm. The stepped wheel of METHODS: radius 80 to 100 mm, 60 mm wide, same Cramér-Rao bounds.
     "stepped_wheel": ((-30, 80), (-12, 82), (-12, 90), (8, 92), (8, 100), (30, 100)),
