@@ -23,10 +23,11 @@ def main(given: argparse.Namespace) -> int:
     """Copy it, and say what was accepted."""
     from bench.baselines import accept
     from bench.run.directory import load_run
+    from bench.run.records import count_failed
 
     run = load_run(given.run)
     path = accept(run, baselines=given.baselines, note=given.note)
-    failed = sum(record.failure is not None for record in run.records)
+    failed = count_failed(run.records)
     print(f"accepted: {path} ({len(run.records)} records, {failed} of them without a result)")
     print(f"to keep it: git add {path}")
     return 0

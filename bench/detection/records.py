@@ -11,7 +11,7 @@ import numpy as np
 from bench.detection.curve import PodCurve, Share, shares
 from bench.detection.hit_miss import fit_hit_miss
 from bench.detection.signal import fit_signal
-from bench.run.records import Record
+from bench.run.records import Record, count_failed
 from bench.statistics.flips import mean_test
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
@@ -128,7 +128,7 @@ def detection(
         false_calls_per_wheel=calls,
         false_calls_interval=interval,
         wheels=wheels,
-        failed=sum(record.failure is not None for record in mine),
+        failed=count_failed(mine),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.compare.result import ArmComparison, Row
+from bench.compare.result import ArmComparison, Row, listed
 from bench.report.forest import shown
 from bench.score.metric import shown_unit, within
 
@@ -120,7 +120,7 @@ def ranking(arms: Sequence[ArmComparison]) -> str:
     told = [f"{name} {count}" for name, count in counts.items() if count]
     none = [name for name, count in counts.items() if not count]
     verb = "is" if len(none) == 1 else "are"
-    words = [f"{_listed(none)} {verb} neither better nor worse"] if none else []
+    words = [f"{listed(none)} {verb} neither better nor worse"] if none else []
     gated = sum(row.gated for row in arms[0].rows)
     return f"Against {arms[0].base}, in {gated} gated metrics: {'; '.join([*told, *words])}."
 
@@ -130,7 +130,3 @@ def _counts(arm: ArmComparison) -> str:
     return " and ".join(
         f"{word} in {verdicts.count(word)}" for word in ("better", "worse") if word in verdicts
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bench.compare.result import ArmComparison
 from bench.run import Record, Run
+from bench.run.records import count_failed
 
 Arrays = Mapping[str, NDArray[Any]]
 """Pictures and maps of a case (:mod:`bench.run.artefacts`)."""
@@ -62,7 +63,7 @@ class Side:
     @property
     def failed(self) -> int:
         """How many of its cases have no result."""
-        return sum(record.failure is not None for record in self.records.values())
+        return count_failed(self.records.values())
 
 
 @dataclass(frozen=True)

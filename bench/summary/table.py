@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from bench.run.records import Record
+from bench.run.records import Record, count_failed
 from bench.score.metrics import metric_named
 
 
@@ -88,5 +88,5 @@ def _group(record: Record, by: Sequence[str]) -> tuple[str, ...]:
 
 
 def _row(group: tuple[str, ...], variant: str, records: Sequence[Record], names: Sequence[str]) -> Row:
-    failed = sum(record.failure is not None for record in records)
+    failed = count_failed(records)
     return Row(group, variant, len(records), failed, {name: summarise(name, records) for name in names})
