@@ -234,7 +234,7 @@ def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_
         for r in run.records
     )
     sides = sides_of(replace(run, records=records))
-    groups = {group.title: group.charts for group in pod_groups(Panel("", sides, ()))}
+    groups = pod_groups(Panel("", sides, ()))
     assert list(groups) == ["By finish", "By the burr's section"]
     assert [chart.title for chart in groups["By finish"]] == ["polished", "turned", "matte"]
     found = {chart.title: [row.found for row in chart.rows] for chart in groups["By the burr's section"]}
@@ -243,7 +243,7 @@ def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_
         burrs = [burr for r in adaptive for burr in r.burrs if burr["section"] == name]
         assert rows[1] == f"{sum(bool(burr['found']) for burr in burrs)}/{len(burrs)}"
     assert set(found) == {"flake", "rolled"}
-    assert [group.title for group in pod_groups(three)] == ["By finish"]
+    assert list(pod_groups(three)) == ["By finish"]
     page = build_report(made_up_run(tmp_path / "run"))
     assert "By finish: polished, turned, matte" in page.read_text("utf-8")
 
@@ -254,7 +254,7 @@ def test_where_d_prime_is_known_detection_is_drawn_over_it(three: Panel) -> None
         replace(r, burrs=tuple({**burr, "dprime": 5.0 if burr["found"] else 50.0} for burr in r.burrs))
         for r in run.records
     )
-    groups = {g.title: g.charts for g in pod_groups(Panel("", sides_of(replace(run, records=strong)), ()))}
+    groups = pod_groups(Panel("", sides_of(replace(run, records=strong)), ()))
     (chart,) = groups["By detectability"]
     assert chart.unit == "d'"
     assert "dprime" in chart.picture
