@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from bench.detection.records import detection
 from bench.run.directory import Run
+from bench.run.records import count_failed
+from bench.score.metric import shown_unit
 from bench.score.metrics import HEADLINE, metric_named
 from bench.summary.table import summarise, typical
 
@@ -47,25 +49,23 @@ class Column:
 def leaderboard(run: Run) -> str:
     """The table, variants with the least mean rank over its columns first. O(records × metrics)."""
     names = [variant.name for variant in run.suite.variant]
-    columns = [*_metric_columns(run, names), *_size_columns(run, names)]
+    metrics = [_metric_column(run, names, metric) for metric in run.suite.metrics or HEADLINE]
+    columns = [*metrics, *_size_columns(run, names)]
+    failed = [count_failed(record for record in run.records if record.variant == name) for name in names]
     order = sorted(range(len(names)), key=lambda place: sum(column.rank(place) for column in columns))
     head = ["variant", "failed", *(column.title for column in columns)]
-    rows = [[names[i], str(_failed(run, names[i])), *(_cell(column, i) for column in columns)] for i in order]
+    rows = [[names[i], str(failed[i]), *(_cell(column, i) for column in columns)] for i in order]
     lines = [head, ["---"] * len(head), *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
-def _metric_columns(run: Run, names: Sequence[str]) -> list[Column]:
-    return [_metric_column(run, names, metric) for metric in run.suite.metrics or HEADLINE]
 
 
 def _metric_column(run: Run, names: Sequence[str], name: str) -> Column:
     metric = metric_named(name)
     values = tuple(summarise(name, [r for r in run.records if r.variant == v]) for v in names)
     share = metric.unit == "1"
-    unit = {"1": " %", "count": ""}.get(metric.unit, f" {metric.unit}")
     texts = tuple(_number(100.0 * value, ".1f") if share else _number(value, ".3g") for value in values)
-    return Column(f"{metric.title}, {typical(name)}{unit}", values, texts, metric.better == "higher")
+    title = f"{metric.title}, {typical(name)} {shown_unit(metric.unit)}".strip()
+    return Column(title, values, texts, metric.better == "higher")
 
 
 def _size_columns(run: Run, names: Sequence[str]) -> list[Column]:
@@ -83,10 +83,6 @@ def _size_columns(run: Run, names: Sequence[str]) -> list[Column]:
         tried = tuple(math.inf if curve and size > curve.size[-1] else size for curve, size in sizes)
         columns.append(Column(title, tried, texts, higher=False))
     return columns
-
-
-def _failed(run: Run, variant: str) -> int:
-    return sum(record.failure is not None for record in run.records if record.variant == variant)
 
 
 def _cell(column: Column, place: int) -> str:

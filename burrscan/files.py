@@ -53,6 +53,12 @@ def written_whole(path: Path) -> Iterator[Path]:
         beside.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text in UTF-8 as :func:`written_whole` does."""
+    with written_whole(path) as beside:
+        beside.write_text(text, "utf-8")
+
+
 def _linked(link: Path) -> Path:
     """What a symbolic link points to, there or not; links in a circle are an OSError."""
     with suppress(FileNotFoundError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,6 @@ from burrscan.arrays import Floats, Floats32, Image
 from burrscan.calibration.board import Board
 from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
-from burrscan.captures.gray_folder import plain_gray_patterns
-from burrscan.captures.png import write_grey
 from burrscan.scan.rivals.rows_and_columns import scan_rows_and_columns
 from scenes.electronics.sensor import expose
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
@@ -154,7 +151,6 @@ def write_coded_boards(
     count: int,
     code: str = "gray_phase",
     seed: int = 0,
-    parameters: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Record boards in front of a scene's rig, a capture folder ``00``, ``01``, … each.
 
@@ -166,8 +162,8 @@ def write_coded_boards(
         Where the captures go.
     board, count
         What is shown, and in how many poses.
-    code, parameters
-        A code family for the strategy ``both``, and its parameters.
+    code
+        A code family for the strategy ``both``.
     seed
         Of poses and noise.
 
@@ -183,34 +179,9 @@ def write_coded_boards(
     for i, pose in enumerate(poses):
         light = board_light(BoardSpec(board), pose, optics, samples=scene.render.samples, seed=i)
         scanner = SimulatedScanner(light, scene=scene, rig=scene.rig.rig(), identity=(seed, i))
-        given = {"code": code, "parameters": dict(parameters or {})}
+        given = {"code": code, "parameters": {}}
         recorder = RecordingScanner(scanner, folder / f"{i:02d}", scan=ScanDocument("both", given))
-        scan_rows_and_columns(recorder, code=code, parameters=dict(parameters or {}))
+        scan_rows_and_columns(recorder, code=code)
         recorder.close()
         written.append(folder / f"{i:02d}")
     return written
-
-
-def write_board_capture(
-    folder: Path,
-    light: LightTransport,
-    *,
-    camera: CameraSpec | None = None,
-    projector: ProjectorSpec | None = None,
-    exposure_ms: float = 20.0,
-    identity: tuple[int, ...] = (0,),
-) -> Path:
-    """Record a board as a plain Gray-code folder (:mod:`burrscan.captures.gray_folder`)."""
-    folder.mkdir(parents=True, exist_ok=True)
-    height, width = light.projector_shape
-    images = board_images(
-        light,
-        plain_gray_patterns(width=width, height=height).frames,
-        camera=camera or CameraSpec(),
-        projector=projector or ProjectorSpec(),
-        exposure_ms=exposure_ms,
-        identity=identity,
-    )
-    for i, image in enumerate(images):
-        write_grey(folder / f"graycode_{i:02d}.png", image)
-    return folder

@@ -31,7 +31,6 @@ def write_capture(
     *,
     seed: int = 0,
     scan: str | None = None,
-    cache_dir: Path | None = None,
     sheets: tuple[CameraSheet, ProjectorSheet] | None = None,
 ) -> Path:
     """Scan a scene and write everything that was shown and seen.
@@ -46,8 +45,6 @@ def write_capture(
         Of the noise.
     scan
         The scanning strategy that chooses the patterns; ``adaptive`` by default, ``colour`` in colour.
-    cache_dir
-        Where traced transports are kept.
     sheets
         What the scanner is told of its devices; the true sheets by default.
 
@@ -64,7 +61,7 @@ def write_capture(
     with written_folder(folder) as beside:
         method = scan or ("colour" if scene.channels == "rgb" else "adaptive")
         strategy = resolve(method, METHODS, stage="scan")
-        simulation = simulate(scene, identity=(seed,), cache_dir=cache_dir)
+        simulation = simulate(scene, identity=(seed,))
         _write(simulation, strategy, beside, ScanDocument(method), sheets)
     return folder
 

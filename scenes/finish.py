@@ -271,7 +271,7 @@ def optical_constants(metal: Metal, wavelengths_nm: tuple[float, ...]) -> tuple[
     return np.interp(wavelengths_nm, wavelength, n), np.interp(wavelengths_nm, wavelength, k)
 
 
-def finish_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
+def finish_bsdf(finish: FinishSpec, *, channels: Channels) -> dict[str, Any]:
     """The Mitsuba plugin dictionary of a finish, two-sided.
 
     A turned finish needs a mesh whose dp/du runs along the circumference, as :class:`scenes.wheel.Wheel` has.
@@ -282,15 +282,16 @@ def finish_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> di
         What it is.
     channels
         ``mono`` for one channel at 550 nm, ``rgb`` for three, or one of the three by its name.
-    mi
-        The activated Mitsuba module: needed where the roughness varies round the wheel.
 
     """
-    return two_sided(one_sided_bsdf(finish, channels=channels, mi=mi))
+    return two_sided(one_sided_bsdf(finish, channels=channels))
 
 
 def one_sided_bsdf(finish: FinishSpec, *, channels: Channels, mi: Any = None) -> dict[str, Any]:
-    """As :func:`finish_bsdf`, to be blended with others before it is made two-sided."""
+    """As :func:`finish_bsdf`, to be blended with others before it is made two-sided.
+
+    Where the roughness varies round the wheel, ``mi`` is needed, the activated Mitsuba module.
+    """
     if finish.texture == "matte":
         return diffuse_bsdf(finish.coating_reflectance)
     metal = _conductor(finish, channels, mi)

@@ -21,7 +21,7 @@ from burrscan.calibration.ramps import ramp_exposures_ms
 from burrscan.captures.png import write_colour, write_grey
 from burrscan.captures.ramps import NAME
 from burrscan.captures.sheets import sheet_tables
-from burrscan.files import written_whole
+from burrscan.files import write_text
 from burrscan.rig import View
 from scenes.board import BoardSpec, board_light
 from scenes.electronics.drift import falloff, per_picture
@@ -238,5 +238,4 @@ def _middle(view: View) -> View:
 
 
 def _write(path: Path, document: dict[str, Any]) -> None:
-    with written_whole(path) as beside:
-        beside.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
+    write_text(path, json.dumps(document, indent=1) + "\n")

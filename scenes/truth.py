@@ -12,7 +12,7 @@ from burrscan.rig import Rig
 from scenes.light import Light
 from scenes.measurable import limit_sigma_px, measurable
 from scenes.scene import SceneSpec
-from scenes.surface import TrueBlemish, Zone, blemish_at, true_blemishes
+from scenes.surface import TrueBlemish, blemish_at, true_blemishes
 from scenes.transport.hits import Hits
 from scenes.wheel import Wheel
 
@@ -45,7 +45,7 @@ class Truth:
         Which true burr the pixel's centre lies on, -1 for none.
     blemish_index
         Which true blemish covers the pixel's centre to more than half, -1 for none.
-    blemishes, zones
+    blemishes
         What else is on the wheel: none of them is a burr.
 
     """
@@ -65,7 +65,6 @@ class Truth:
     burr_index: Ints32
     blemish_index: Ints32
     blemishes: tuple[TrueBlemish, ...] = ()
-    zones: tuple[Zone, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, T_part_camera=self.T_part_camera, points_mm=self.points_mm, u_px=self.u_px)
@@ -111,7 +110,6 @@ def truth_of(
         burr_index=burrs.astype(np.int32),
         blemish_index=_blemish_index(scene, wheel, T_part_camera, hits, burrs < 0),
         blemishes=true_blemishes(scene.blemish, wheel.generatrix_zr_mm),
-        zones=scene.zone,
     )
 
 

@@ -16,7 +16,7 @@ from bench.suites.case import Case
 from bench.suites.identity import entropy
 from burrscan.documents import json_text
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from burrscan.files import write_text
 from burrscan.pipeline import Outcome, Pipeline, inspect_surface, run
 from burrscan.sight import sight_of
 from scenes.scene import scene_from
@@ -56,8 +56,7 @@ def measured(
         if wanted or (case.id, WHOLE) not in done:
             progress(case.id)
             seen += [one for one in _case(case, wanted) if (one.case, one.step) not in done]
-            with written_whole(kept) as beside:
-                beside.write_text(json_text([asdict(one) for one in seen]), "utf-8")
+            write_text(kept, json_text([asdict(one) for one in seen]))
     return seen
 
 

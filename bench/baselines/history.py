@@ -16,6 +16,7 @@ from bench.compare.result import Row
 from bench.compare.rows import metric_row
 from bench.compare.verdict import judged
 from bench.run.directory import Run
+from bench.run.records import count_failed
 from bench.score.metrics import metric_named
 from bench.summary.table import summarise, value_of
 from burrscan.errors import InputError
@@ -84,7 +85,7 @@ def _point(run: Run, metric: str, before: Run | None) -> Point:
         values={variant.name: _summary(run, metric, variant.name) for variant in run.suite.variant},
         halves={variant.name: _half(run, metric, variant.name) for variant in run.suite.variant},
         moved=_moved(before, run, metric) if before else {},
-        failed=sum(record.failure is not None for record in run.records),
+        failed=count_failed(run.records),
     )
 
 

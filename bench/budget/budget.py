@@ -9,16 +9,14 @@ from functools import partial
 import numpy as np
 
 from bench.budget.oracle import (
+    knowing,
     true_axis,
     true_burrs,
     true_generatrix,
-    with_axis,
-    with_burrs,
-    with_generatrix,
 )
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.metrics import failed_metrics, measure_some
-from bench.score.part import MeshEvidence, PartEvidence
+from bench.score.part import MeshEvidence
 from burrscan.arrays import Bools, Floats, Floats32, Ints32
 from burrscan.correspondence import Correspondence
 from burrscan.inspection import Inspection
@@ -45,7 +43,7 @@ METRICS = (
 Budget = dict[str, dict[str, float]]
 """Substitution to metric to value."""
 
-Inspected = tuple[str, Callable[[], Evidence | MeshEvidence]]
+Inspected = tuple[str, Callable[[], PartEvidence]]
 
 
 def scan_budget(evidence: Evidence, pipeline: Pipeline, *, rig: Rig) -> Budget:
@@ -82,7 +80,7 @@ def _measured(steps: list[Inspected]) -> Budget:
     return {name: _values(look) for name, look in steps}
 
 
-def _values(look: Callable[[], Evidence | MeshEvidence]) -> dict[str, float]:
+def _values(look: Callable[[], PartEvidence]) -> dict[str, float]:
     try:
         return measure_some(look(), METRICS)
     except Exception:  # noqa: BLE001 (a stage under test may raise anything; that is its result)
@@ -139,23 +137,26 @@ def _part_steps(
     pipeline: Pipeline,
     mesh: Mesh,
     sight: Sight | None,
-    looked: Callable[[Inspection], Evidence | MeshEvidence],
+    looked: Callable[[Inspection], PartEvidence],
 ) -> Iterator[Inspected]:
     """Axis, generatrix and burrs replaced, one after the other."""
     pose = evidence.T_part_mesh
     axis = true_axis(pose, mesh[0])
-    told_axis = with_axis(pipeline, axis)
-    told_curve = with_generatrix(told_axis, true_generatrix(pose, evidence.true_generatrix_zr_mm, axis))
-    told_all = with_burrs(told_curve, true_burrs(pose, evidence.true_burrs, axis))
-    for name, told in (("axis", told_axis), ("generatrix", told_curve), ("burrs", told_all)):
-        yield name, partial(_inspected, told, mesh, sight, looked)
+    answers = {
+        "axis": axis,
+        "generatrix": true_generatrix(pose, evidence.true_generatrix_zr_mm, axis),
+        "burrs": true_burrs(pose, evidence.true_burrs, axis),
+    }
+    for kind, answer in answers.items():
+        pipeline = knowing(pipeline, kind, answer)
+        yield kind, partial(_inspected, pipeline, mesh, sight, looked)
 
 
 def _inspected(
     pipeline: Pipeline,
     mesh: Mesh,
     sight: Sight | None,
-    looked: Callable[[Inspection], Evidence | MeshEvidence],
-) -> Evidence | MeshEvidence:
+    looked: Callable[[Inspection], PartEvidence],
+) -> PartEvidence:
     vertices_mm, faces, sigma_mm = mesh
     return looked(inspect_surface(vertices_mm, faces, pipeline, sigma_mm=sigma_mm, sight=sight))

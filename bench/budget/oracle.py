@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh as T_part_mesh_of
 from burrscan.axis.basis import origin_mm, sensed
 from burrscan.inspection import Axis, Burr, Generatrix, Value
@@ -18,48 +18,15 @@ _SURE = 1e-6
 """Standard deviation that an oracle states, mm and rad."""
 
 
-def with_axis(pipeline: Pipeline, axis: Axis) -> Pipeline:
-    """A pipeline that is told the axis."""
-    return replace(pipeline, axis=Stage("bench.budget.oracle:known_axis", {"axis": axis}))
+def knowing(pipeline: Pipeline, kind: str, answer: object) -> Pipeline:
+    """A pipeline one of whose stages is told its answer."""
+    return replace(pipeline, **{kind: Stage("bench.budget.oracle:told", {"answer": answer})})
 
 
-def with_generatrix(pipeline: Pipeline, generatrix: Generatrix) -> Pipeline:
-    """A pipeline that is told the generatrix."""
-    told = Stage("bench.budget.oracle:known_generatrix", {"generatrix": generatrix})
-    return replace(pipeline, generatrix=told)
-
-
-def with_burrs(pipeline: Pipeline, burrs: tuple[Burr, ...]) -> Pipeline:
-    """A pipeline that is told the burrs."""
-    return replace(pipeline, burrs=Stage("bench.budget.oracle:known_burrs", {"burrs": burrs}))
-
-
-def known_axis(_vertices: Floats, _faces: Ints32, *, axis: Axis, sigma_mm: Floats | None = None) -> Axis:
-    """Say the axis that was told."""
+def told(*_given: object, answer: object, sigma_mm: Floats | None = None) -> object:
+    """Say what was told, in the place of axis, generatrix or burrs."""
     del sigma_mm
-    return axis
-
-
-def known_generatrix(
-    _vertices: Floats, _faces: Ints32, _axis: Axis, *, generatrix: Generatrix, sigma_mm: Floats | None = None
-) -> Generatrix:
-    """Say the generatrix that was told."""
-    del sigma_mm
-    return generatrix
-
-
-def known_burrs(
-    _vertices: Floats,
-    _faces: Ints32,
-    _axis: Axis,
-    _generatrix: Generatrix,
-    *,
-    burrs: tuple[Burr, ...],
-    sigma_mm: Floats | None = None,
-) -> tuple[Burr, ...]:
-    """Say the burrs that were told."""
-    del sigma_mm
-    return burrs
+    return answer
 
 
 def true_axis(T_part_mesh: Floats, vertices_mm: Floats) -> Axis:

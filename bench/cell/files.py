@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.cell.story import Story, keep
 from burrscan.cell.toolpath import ToolPath
-from burrscan.files import written_whole
+from burrscan.files import write_text, written_whole
 from burrscan.meshio import write_deviation_ply, write_inspection_json
 
 _COLUMNS = (
@@ -36,8 +36,9 @@ def write_story(story: Story, folder: Path) -> None:
     inspection = story.evidence.inspection
     write_deviation_ply(folder / "part.ply", story.vertices_mm, story.faces, inspection.deviation_mm)
     write_inspection_json(folder / "burrs.json", inspection)
-    with written_whole(folder / "paths.json") as beside:
-        beside.write_text(json.dumps({"frame": "base", "paths": [_table(p) for p in story.paths]}), "utf-8")
+    write_text(
+        folder / "paths.json", json.dumps({"frame": "base", "paths": [_table(p) for p in story.paths]})
+    )
     with (
         written_whole(folder / "paths.csv") as beside,
         beside.open("w", newline="", encoding="utf-8") as file,

@@ -27,7 +27,7 @@ from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.documents import finite
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from burrscan.files import write_text, written_whole
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Burr, Inspection
 from burrscan.pipeline import Outcome, Pipeline
@@ -131,8 +131,7 @@ def told(
 def keep(story: Story, folder: Path, variant: str = "") -> None:
     """Write ``cell.json`` and the pictures of burrs before and after, their names behind the variant's."""
     head = f"{variant}." if variant else ""
-    with written_whole(folder / f"{head}cell.json") as beside:
-        beside.write_text(json.dumps(story.path, indent=1), "utf-8")
+    write_text(folder / f"{head}cell.json", json.dumps(story.path, indent=1))
     for name, picture in story.pictures.items():
         ok, data = cv2.imencode(".png", picture)
         if ok:

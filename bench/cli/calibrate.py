@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json, command, corners, raster, side_mm
+from bench.cli.grammar import add_json, corners, raster, side_mm
 from bench.cli.output import json_beside, note, told
 
-_DETAILS = """\
+SUMMARY = "calibrate camera and projector (boards, ramps), or a camera on a robot (--hand-eye)"
+DETAILS = """\
 Geometry: each FOLDER shows a flat chessboard in another pose. It is a capture folder that codes columns
 and rows (strategy 'both', with any code), or a plain Gray-code folder (columns, rows, white, black). Tilt
 the board by 20 to 45 degrees, in all directions, over the whole field; ten poses are enough. The side of
@@ -26,23 +27,15 @@ camera's lens is taken from --rig.
 
 All formats: burrscan/captures/README.md."""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan calibrate boards/* --board 10x7 --square 20 --out rig.json
   burrscan calibrate boards/* --board 10x7 --square 20 --gray 1024x768 --out rig.json
   burrscan calibrate ramps --out sheets.json
   burrscan calibrate arm --hand-eye --rig rig.json --board 10x7 --square 20 --out hand_eye.json"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "calibrate",
-        main,
-        summary="calibrate camera and projector (boards, ramps), or a camera on a robot (--hand-eye)",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument(
         "folders",
         metavar="FOLDER",

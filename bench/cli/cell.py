@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, command, not_negative, positive
+from bench.cli.grammar import not_negative, positive
 
-_DETAILS = """\
+SUMMARY = "one wheel in a robot's cell: look around, go to its burrs, remove them"
+DETAILS = """\
 A simulated robot arm carries the scanner around a part on a turntable until it has seen what can be
 seen, goes to the burrs it found by visual servoing, mills them off and looks again. SCENE is a scene of
 the catalogue or a TOML file; tables [cell] and [task] beside it say what the robot is and what it is to do.
@@ -22,21 +23,13 @@ Into DIR come:
 
 The suite `cell` compares planners over several wheels and finishes: burrscan run cell"""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan cell paper --out cells/paper
   burrscan cell paper --out cells/ring --planner ring --looks 8 --remove 0"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "cell",
-        main,
-        summary="one wheel in a robot's cell: look around, go to its burrs, remove them",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("scene", metavar="SCENE", help="a scene's name, or the path of a TOML file")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="the folder to write")
     parser.add_argument(

@@ -8,13 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_json, add_trust, command
+from bench.cli.grammar import add_json, add_trust
 from bench.cli.output import told, write_json
 
 if TYPE_CHECKING:
     from bench.compare.outputs import Sitting
 
-_DETAILS = """\
+SUMMARY = "say what got better or worse between two runs, or two variants of one"
+DETAILS = """\
 Cases are paired: both arms saw the same scene and the same light. Every row answers two questions.
 What happened on these cases: how many got worse or better by more than the margin, and which burrs
 were lost and gained. What it means for others: an interval, which is an exact paired test over
@@ -31,23 +32,15 @@ all of them.
 exit codes: 0 no gate is broken, 1 a gate is broken (--strict: or inconclusive), 2 not comparable or
 bad input"""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan compare reports/runs/before reports/runs/after
   burrscan compare reports/runs/quick-20260801T120000 --variants fixed adaptive
   burrscan compare reports/baselines/quick reports/runs/after --html ab.html --markdown pr.md
   burrscan compare before after --margin axis_deg=0.02 --margin coverage=0.005"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "compare",
-        main,
-        summary="say what got better or worse between two runs, or two variants of one",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("base", metavar="BASE", type=Path, help="a run directory")
     parser.add_argument(
         "new", metavar="NEW", type=Path, nargs="*", help="others; without one, --variants A B"
@@ -63,7 +56,7 @@ def add(commands: Commands) -> None:
     )
     parser.add_argument("--strict", action="store_true", help="exit 1 when a gate is inconclusive, too")
     parser.add_argument("--only", choices=("worse", "better"), help="print only rows and cases that went so")
-    add_trust(parser, "a run")
+    add_trust(parser, "a run", of=["base", "new"])
     add_json(parser, "everything")
     for name, what in _WRITES.items():
         parser.add_argument(f"--{name}", metavar="FILE", type=Path, help=f"write {what}")
@@ -80,13 +73,6 @@ _WRITES = {
 
 def main(given: argparse.Namespace) -> int:
     """Compare, print, write; the exit code is the verdict."""
-    from burrscan.variants import shipped_only
-
-    with shipped_only(" ".join(map(str, (given.base, *given.new))), trusted=given.trust):
-        return _compare(given)
-
-
-def _compare(given: argparse.Namespace) -> int:
     from bench.baselines import newest
     from bench.compare import compare_runs, joined
     from bench.compare.outputs import Sitting, to_document
@@ -163,9 +149,7 @@ def _table(arm: Any, only: str | None) -> Any:
     from bench.cli.tables import plain_table
     from bench.compare.text import HEADS, cells
 
-    table = plain_table(f"{arm.base} → {arm.new}")
-    for head in HEADS:
-        table.add_column(head, justify="left" if head in {"metric", "verdict"} else "right", no_wrap=True)
+    table = plain_table(HEADS, f"{arm.base} → {arm.new}", right=HEADS[1:-1])
     for row in arm.rows:
         if only and only not in {row.verdict, row.seen, row.every}:
             continue
@@ -175,7 +159,7 @@ def _table(arm: Any, only: str | None) -> Any:
 
 def _write(given: argparse.Namespace, comparison: Any, sitting: Sitting) -> None:
     from bench.compare.outputs import junit, latex, markdown, to_csv
-    from burrscan.files import written_whole
+    from burrscan.files import write_text
 
     writers: dict[str, Callable[[Any], str]] = {
         "markdown": markdown,
@@ -185,5 +169,4 @@ def _write(given: argparse.Namespace, comparison: Any, sitting: Sitting) -> None
     }
     for name, write in writers.items():
         if path := getattr(given, name):
-            with written_whole(path) as beside:
-                beside.write_text(write(comparison), "utf-8")
+            write_text(path, write(comparison))

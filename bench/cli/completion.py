@@ -6,9 +6,10 @@ import argparse
 import shlex
 from collections.abc import Iterator
 
-from bench.cli.grammar import Commands, actions_of, command, subcommands_of
+from bench.cli.grammar import actions_of, subcommands_of
 
-_EXAMPLES = """\
+SUMMARY = "print the script that makes a shell complete burrscan's commands and options"
+EXAMPLES = """\
   eval "$(burrscan completion bash)"                                        # in ~/.bashrc
   eval "$(burrscan completion zsh)"                                         # in ~/.zshrc
   burrscan completion fish > ~/.config/fish/completions/burrscan.fish"""
@@ -34,15 +35,8 @@ _FILES = ("FILE", "DIR")
 """How options call a value that is a file or a folder."""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "completion",
-        main,
-        summary="print the script that makes a shell complete burrscan's commands and options",
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("shell", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
 
 

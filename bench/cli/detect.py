@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bench.cli.grammar import Commands, add_inspection_options, command
+from bench.cli.grammar import add_inspection_options
 from bench.cli.output import note
 
-_DETAILS = """\
+SUMMARY = "find the axis, the generatrix and the burrs of a mesh you have"
+DETAILS = """\
 The geometry half of the pipeline on a mesh of your own: a scan, or a drawing, whose facets are
 sampled. Angles and z of burrs count in the part frame: the mesh's own, turned by the smallest
 rotation that brings its z axis onto the axis found; z is 0 at the foot of the mesh's origin. A part
@@ -18,23 +19,15 @@ a float property 'deviation_mm' per vertex, and 'sigma_mm' where MESH has it.
 
 exit codes: 0 no burr is over --limit, or none was given; 1 one is; 2 the mesh cannot be used"""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan detect wheel.stl
   burrscan detect scan.ply --unit m --limit 0.5 --json found.json --ply deviation.ply
   burrscan detect wheel.ply --zero 100 0 0 --up 0 0 1 --json - | jq .burrs
   burrscan detect scan.ply --axis mypackage.axes:find"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "detect",
-        main,
-        summary="find the axis, the generatrix and the burrs of a mesh you have",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("mesh", metavar="MESH", type=Path, help="a PLY, STL or OBJ file")
     parser.add_argument("--unit", default="mm", help="of the coordinates: um, mm, cm, m, inch (default: mm)")
     add_inspection_options(parser)

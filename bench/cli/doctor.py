@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from bench.cli.grammar import Commands, add_json_instead, command
+from bench.cli.grammar import add_json_instead
 from bench.cli.output import write_json
 
+SUMMARY = "say which renderer this machine runs, and why"
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(commands, "doctor", main, summary="say which renderer this machine runs, and why")
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     add_json_instead(parser, "the same")
 
 

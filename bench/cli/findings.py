@@ -87,11 +87,9 @@ def _print_burrs(burrs: Sequence[Burr]) -> None:
     print(f"burrs         {len(burrs) or 'none'}")
     if not burrs:
         return
-    table = plain_table()
     judged = any(burr.within_limit is not None for burr in burrs)
     heads = ("side", "angle deg", "z mm", "height mm", "width mm", "length mm", "significance")
-    for head in (*heads, "verdict") if judged else heads:
-        table.add_column(head, justify="left" if head in {"side", "verdict"} else "right", no_wrap=True)
+    table = plain_table((*heads, "verdict") if judged else heads, right=heads[1:])
     strongest = sorted(burrs, key=lambda burr: -burr.significance)[:_MOST_SHOWN]
     for burr in strongest:
         table.add_row(*_burr_cells(burr), *([_verdict(burr)] if judged else []))

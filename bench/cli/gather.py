@@ -6,30 +6,23 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench.cli.grammar import Commands, add_trust, command
+from bench.cli.grammar import add_trust
 
-_DETAILS = """\
+SUMMARY = "put the shards of a run together"
+DETAILS = """\
 Every RUN is what `burrscan run SUITE --shard I/N` made, whole or in part. What comes out is a run as one
 machine makes it, with its report; the parts stay as they are. When records are missing, the same
 parts can be gathered again once they are there, or `burrscan run --resume --out DIR` makes them."""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan gather runs/part-* --out runs/whole"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "gather",
-        main,
-        summary="put the shards of a run together",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("runs", metavar="RUN", type=Path, nargs="+", help="a run directory")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="a new run directory")
-    add_trust(parser, "the runs")
+    add_trust(parser, "the runs", of=["runs"])
 
 
 def main(given: argparse.Namespace) -> int:
@@ -38,10 +31,8 @@ def main(given: argparse.Namespace) -> int:
     from bench.cli.tables import print_table
     from bench.report import build_report
     from bench.run.gather import gather, undone_on_failure
-    from burrscan.variants import shipped_only
 
-    names = " ".join(map(str, given.runs))
-    with undone_on_failure(given.out), shipped_only(names, trusted=given.trust):
+    with undone_on_failure(given.out):
         run = gather(given.runs, given.out)
         page = build_report(given.out) if run.records else None
     if run.records:

@@ -7,8 +7,10 @@ import difflib
 import math
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
 Commands = Any
@@ -58,16 +60,13 @@ def _near(given: list[str], known: list[str]) -> str:
     return "" if any(word.startswith("-") for word in given) else f"; known: {', '.join(known)}"
 
 
-def command(
-    commands: Commands,
-    name: str,
-    main: Callable[[argparse.Namespace], int],
-    *,
-    summary: str,
-    details: str = "",
-    examples: str = "",
-) -> argparse.ArgumentParser:
-    """Declare a subcommand: one line for the overview, more for its own help."""
+def declare(commands: Commands, name: str, module: ModuleType) -> None:
+    """Declare a subcommand.
+
+    Its module has ``SUMMARY``, a line for the overview, and may have ``DETAILS`` and ``EXAMPLES`` for its own
+    help; ``options(parser)`` adds what it takes, ``main(given)`` does it and returns the exit code.
+    """
+    summary, details, examples = (getattr(module, key, "") for key in ("SUMMARY", "DETAILS", "EXAMPLES"))
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
@@ -75,9 +74,9 @@ def command(
         epilog=f"examples:\n{examples}" if examples else None,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(main=main)
+    parser.set_defaults(main=module.main, data=())
     add_verbosity(parser, default=argparse.SUPPRESS)
-    return parser
+    module.options(parser)
 
 
 def add_verbosity(parser: argparse.ArgumentParser, *, default: int | str) -> None:
@@ -96,11 +95,35 @@ def add_verbosity(parser: argparse.ArgumentParser, *, default: int | str) -> Non
     )
 
 
-def add_trust(parser: argparse.ArgumentParser, data: str) -> None:
-    """``--trust``, for commands that read data which may name code."""
+def add_trust(parser: argparse.ArgumentParser, data: str, *, of: Sequence[str] = ()) -> None:
+    """``--trust``, for commands that read data which may name code.
+
+    While the command runs nothing is imported that the data names which its arguments ``of`` are; without any
+    it sees to that itself.
+    """
+    parser.set_defaults(data=tuple(of))
     parser.add_argument(
         "--trust", action="store_true", help=f"import the code that {data} names; else that is refused"
     )
+
+
+def trusted(given: argparse.Namespace) -> AbstractContextManager[None]:
+    """Where a command runs: what the data it is given names is imported where the user said ``--trust``."""
+    named = [getattr(given, name) for name in given.data]
+    if not named:
+        return nullcontext()
+    from burrscan.variants import shipped_only
+
+    words = [str(word) for each in named for word in (each if isinstance(each, list) else [each])]
+    return shipped_only(" ".join(words), trusted=given.trust)
+
+
+def add_baselines(parser: argparse.ArgumentParser) -> None:
+    """``--baselines DIR``."""
+    parser.add_argument(
+        "--baselines", metavar="DIR", type=Path, default=Path("reports/baselines"),
+        help="folder of accepted runs (default: reports/baselines)",
+    )  # fmt: skip
 
 
 def add_json(parser: argparse.ArgumentParser, what: str) -> None:

@@ -6,58 +6,40 @@ import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_json, add_trust, command
+from bench.cli.grammar import add_baselines, add_json, add_trust
 from bench.cli.output import told, write_json
 
 if TYPE_CHECKING:
     from bench.baselines import Point
 
-_DETAILS = """\
+SUMMARY = "show a metric over accepted runs"
+DETAILS = """\
 Any metric. px, mm and deg: median over cases, failures ranking last; shares and counts: mean.
 In brackets the middle half of the cases. A line of its own names every commit that moved the
 metric: where the paired test of `burrscan compare` sees a difference to the run before at 95 %."""
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 
+EXAMPLES = "  burrscan history coverage\n  burrscan history axis_deg --suite standard"
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "history",
-        main,
-        summary="show a metric over accepted runs",
-        details=_DETAILS,
-        examples="  burrscan history coverage\n  burrscan history axis_deg --suite standard",
-    )
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("metric", metavar="METRIC", help="a metric's name, such as coverage")
     parser.add_argument("--suite", metavar="SUITE", default="quick", help="a suite's name (default: quick)")
-    parser.add_argument(
-        "--baselines",
-        metavar="DIR",
-        type=Path,
-        help="folder of accepted runs (default: reports/baselines)",
-    )
+    add_baselines(parser)
     add_json(parser, "the values of every run")
-    add_trust(parser, "a run")
+    add_trust(parser, "a run", of=["baselines"])
 
 
 def main(given: argparse.Namespace) -> int:
     """Print one line per accepted run, and the course of each variant."""
-    from burrscan.variants import shipped_only
-
-    with shipped_only(str(given.baselines or "reports/baselines"), trusted=given.trust):
-        return _history(given)
-
-
-def _history(given: argparse.Namespace) -> int:
-    from bench.baselines import BASELINES, history
+    from bench.baselines import history
     from bench.score.metrics import metric_named
 
-    points = history(given.metric, given.suite, baselines=given.baselines or BASELINES)
+    points = history(given.metric, given.suite, baselines=given.baselines)
     metric = metric_named(given.metric)
     with told(given.json):
         _print(given.suite, metric, points)
@@ -73,9 +55,9 @@ def _print(suite: str, metric: Any, points: Sequence[Point]) -> None:
 
     variants = list(dict.fromkeys(name for point in points for name in point.values))
     unit = {"1": "%", "count": "count"}.get(metric.unit, metric.unit)
-    table = plain_table(f"{metric.title}, {unit}; {metric.better} is better; suite {suite}")
-    for head in ("accepted", "run", "version", *variants, "failed", "note"):
-        table.add_column(head, justify="right" if head in variants else "left", no_wrap=True)
+    heads = ("accepted", "run", "version", *variants, "failed", "note")
+    title = f"{metric.title}, {unit}; {metric.better} is better; suite {suite}"
+    table = plain_table(heads, title, right=variants)
     for point in points:
         values = [_value(point, name, metric.unit) for name in variants]
         version = "–" if point.version is None else str(point.version)

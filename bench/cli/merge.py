@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json, command
+from bench.cli.grammar import add_json
 from bench.cli.output import json_beside, told
 
-_DETAILS = """\
+SUMMARY = "align the meshes of several views and make one of them"
+DETAILS = """\
 Every MESH is a view of the same part in its own camera's frame, as `burrscan scan --ply` writes it.
 POSES is a JSON file: the rough pose of each camera, as the robot arm knows it, in the order of the
 meshes, and how good these poses are:
@@ -25,21 +26,13 @@ measured, and what is compared is averaged to a scale above it; the merged mesh 
 overlap, that noise does not explain, whose distance grew or that ended far from their rough poses are
 refused: exit code 2, and no file is written."""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan merge left.ply middle.ply right.ply --poses poses.json --out wheel.ply --json aligned.json
   burrscan detect wheel.ply"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "merge",
-        main,
-        summary="align the meshes of several views and make one of them",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument(
         "meshes", metavar="MESH", type=Path, nargs="+", help="a PLY, STL or OBJ file, mm, mesh or cloud"
     )
@@ -71,9 +64,8 @@ def _say(names: list[Path], found: Any) -> None:
 
     from bench.cli.tables import plain_table, print_table
 
-    table = plain_table("Poses against the first view")
-    for head in ("view", "moved mm", "± mm", "± deg", "overlaps with"):
-        table.add_column(head, justify="left" if head in {"view", "overlaps with"} else "right")
+    heads = ("view", "moved mm", "± mm", "± deg", "overlaps with")
+    table = plain_table(heads, "Poses against the first view", right=heads[1:-1])
     for number, name in enumerate(names):
         spread = np.sqrt(np.diag(found.covariance[number]))
         others = [

@@ -64,10 +64,9 @@ def write_json(path: Path, document: Any) -> None:
     JSON knows numbers that are finite; any other becomes null.
     """
     from burrscan.documents import json_text
-    from burrscan.files import written_whole
+    from burrscan.files import write_text
 
     if path == STANDARD_OUTPUT:
         sys.stdout.write(json_text(document))
         return
-    with written_whole(path) as beside:
-        beside.write_text(json_text(document), "utf-8")
+    write_text(path, json_text(document))

@@ -6,23 +6,21 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command
+SUMMARY = "the seed paper claim by claim, on one page"
+DETAILS = (
+    "Renders scans of a wheel like the paper's, repeats each of its figures, tables and "
+    "numbers\nwith its own method and with the default, and says which claims hold. What was measured "
+    "is kept\nbeside the page, so that an interrupted run goes on where it was. All of it takes about "
+    "46 minutes\nof one core."
+)
+EXAMPLES = (
+    "  burrscan paper\n  burrscan paper --only figure-10 --out landscape.html\n  burrscan "
+    "paper --quick --out quick.html"
+)
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "paper",
-        main,
-        summary="the seed paper claim by claim, on one page",
-        details="Renders scans of a wheel like the paper's, repeats each of its figures, tables and "
-        "numbers\nwith its own method and with the default, and says which claims hold. What was measured "
-        "is kept\nbeside the page, so that an interrupted run goes on where it was. All of it takes about "
-        "46 minutes\nof one core.",
-        examples="  burrscan paper\n  burrscan paper --only figure-10 --out landscape.html\n  burrscan "
-        "paper --quick --out quick.html",
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument(
         "--out", metavar="FILE", type=Path, default=Path("reports/paper.html"), help="the page"
     )

@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 
-from bench.cli.grammar import Parser, add_verbosity
+from bench.cli.grammar import Parser, add_verbosity, declare, trusted
 from bench.cli.output import set_verbosity, verbose
 from bench.cli.signals import answered
 from bench.memory import keep_freed
@@ -23,7 +23,7 @@ COMMANDS = (
     "doctor", "run", "gather", "compare", "accept", "history", "report", "leaderboard", "suites", "show",
     "render", "scan", "calibrate", "merge", "detect", "cell", "paper", "completion",
 )  # fmt: skip
-"""Subcommands in the order of the help; each is a module of this package with ``add`` and ``main``."""
+"""Subcommands in the order of the help; each is a module of this package (:func:`declare`)."""
 
 _DESCRIPTION = """\
 How well does a scan-to-burr algorithm see burrs on shiny turned metal?
@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     add_verbosity(top, default=0)
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name in COMMANDS:
-        importlib.import_module(f"bench.cli.{name}").add(commands)
+        declare(commands, name, importlib.import_module(f"bench.cli.{name}"))
     return top
 
 
@@ -84,7 +84,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     set_verbosity(given.verbosity)
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.append(here)
-    code = int(given.main(given))
+    with trusted(given):
+        code = int(given.main(given))
     sys.stdout.flush()  # a full disk behind it is noticed here, not when Python ends
     return code
 

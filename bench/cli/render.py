@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bench.cli.grammar import Commands, command, corners, not_negative, positive, side_mm
+from bench.cli.grammar import corners, not_negative, positive, side_mm
 
-_DETAILS = """\
+SUMMARY = "render a scene to a capture folder, as if a scanner had recorded it"
+DETAILS = """\
 Pattern and camera images (PNG), rig (JSON), scene, and the truth in a file of its own.
 
 With --ramps: an evenly lit white board in front of the scene's camera and projector, under lamps at many
@@ -15,23 +16,15 @@ exposures and under the projector at many levels, in colour where the scene has 
 With --boards N: a chessboard in N poses, each a capture folder that codes columns and rows.
 `burrscan calibrate` takes both."""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan render paper --out captures/paper
   burrscan render paper --ramps --out captures/ramps
   burrscan render paper --boards 10 --board 10x7 --square 20 --out captures/boards
   burrscan render paper --sheets sheets.json --out captures/paper   # the scanner is told measured sheets"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "render",
-        main,
-        summary="render a scene to a capture folder, as if a scanner had recorded it",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("scene", metavar="SCENE", help="a scene's name, or the path of a TOML file")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="the folder to write")
     parser.add_argument("--scan", metavar="METHOD", help="strategy (default: adaptive, or colour)")

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.cli.grammar import Commands, add_json, add_trust, command, not_negative, positive
+from bench.cli.grammar import add_json, add_trust, not_negative, positive
 from bench.cli.output import told, write_json
 from bench.cli.signals import Terminated
 
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 RUNS = Path("reports/runs")
 """Where run directories go by default, below the current directory."""
 
-_DETAILS = """\
+SUMMARY = "run a suite: render, scan, inspect, score, report"
+DETAILS = """\
 Every case is simulated once and seen by every variant. Records are appended as cases end, so
 that a run can be stopped at any moment, and the same command with --resume finishes it with the
 records that an undisturbed run would have made.
@@ -33,7 +34,7 @@ unless --trust is given. A suite's file is yours and may.
 exit codes: 0 every variant has a result, 2 a variant failed in every case, or the input or the
 machine cannot be used, 3 an error of burrscan's own, 130 interrupted, 143 terminated"""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan run quick
   burrscan run my/suite.toml --out runs/first --workers 2
   burrscan run quick --case 'finish=turned,burr.height_mm=2,seed=1'
@@ -42,16 +43,8 @@ _EXAMPLES = """\
   burrscan run standard --shard 3/16 --out runs/part-3"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "run",
-        main,
-        summary="run a suite: render, scan, inspect, score, report",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument(
         "suite", metavar="SUITE", nargs="?", help="a suite's name, or the path of a TOML file"
     )

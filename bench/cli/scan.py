@@ -6,31 +6,24 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json, add_trust, command, raster
+from bench.cli.grammar import add_json, add_trust, raster
 from bench.cli.output import json_beside, told
 
-_DETAILS = """\
+SUMMARY = "decode, triangulate and mesh a capture folder, rendered or real"
+DETAILS = """\
 FOLDER is a capture folder (burrscan/captures/README.md), rendered by `burrscan render` or recorded,
 a plain Gray-code folder as OpenCV's tools record it (graycode_00.png, graycode_01.png, ..., with
 inverses or without), or phase steps of several frequencies with a manifest that says which.
 The strategy is the one that capture.json names. The PLY carries a float property 'sigma_mm' per
 vertex: the stated standard deviation along the camera's ray. `burrscan detect` reads it."""
 
-_EXAMPLES = """\
+EXAMPLES = """\
   burrscan scan captures/paper --ply paper.ply
   burrscan scan captures/procam/capture_0 --gray 1024x768 --rig calibration_result.xml --ply board.ply"""
 
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "scan",
-        main,
-        summary="decode, triangulate and mesh a capture folder, rendered or real",
-        details=_DETAILS,
-        examples=_EXAMPLES,
-    )
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="a capture folder")
     parser.add_argument("--ply", metavar="FILE", type=Path, help="write the mesh as PLY")
     add_json(parser, "the summary")

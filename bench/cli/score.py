@@ -10,11 +10,11 @@ from rich.table import Table
 
 from bench.cli.tables import plain_table
 from bench.run.directory import Run
-from bench.score.metric import Metric
+from bench.score.metric import Metric, shown_unit
 from bench.score.metrics import HEADLINE, metric_named
 from bench.summary.budget import budget_rows
 from bench.summary.goals import goal_rows
-from bench.summary.table import Row, score_table
+from bench.summary.table import score_table
 
 _DECIMALS = {"count": 1, "deg": 4}
 """Per unit, where they are not three."""
@@ -24,11 +24,9 @@ def terminal_table(run: Run) -> Table:
     """One row per value of the first swept parameter and variant."""
     names = run.suite.metrics or HEADLINE
     by = run.suite.divided_by
-    table = plain_table(run.suite.title or run.suite.name)
-    for head in (*by, "variant", "cases", "failed"):
-        table.add_column(head, no_wrap=True)
-    for name in names:
-        table.add_column(_head(metric_named(name)), justify="right", no_wrap=True)
+    measured = [_head(metric_named(name)) for name in names]
+    heads = (*by, "variant", "cases", "failed", *measured)
+    table = plain_table(heads, run.suite.title or run.suite.name, right=measured)
     previous = None
     for row in score_table(run.records, names, by=by):
         if previous not in {None, row.group}:
@@ -39,7 +37,7 @@ def terminal_table(run: Run) -> Table:
             row.variant,
             str(row.cases),
             str(row.failed or ""),
-            *_values(row),
+            *(_text(metric_named(name), value) for name, value in row.values.items()),
         )
         previous = row.group
     return table
@@ -50,19 +48,18 @@ def goals_table(run: Run) -> Table | None:
     rows = goal_rows(run.suite, run.records)
     if not rows:
         return None
-    table = plain_table(f"Goals: {sum(row.met for row in rows)} of {len(rows)} met")
-    for head in ("metric", "where", "variant", "cases", "goal", "measured", ""):
-        table.add_column(head, justify="right" if head in {"cases", "goal", "measured"} else "left")
+    heads = ("metric", "where", "variant", "cases", "goal", "measured", "")
+    title = f"Goals: {sum(row.met for row in rows)} of {len(rows)} met"
+    table = plain_table(heads, title, right={"cases", "goal", "measured"})
     for row in rows:
         metric = metric_named(row.goal.metric)
-        unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
         wanted = " and ".join(
             f"{sign} {_fine(metric, bound)}"
             for sign, bound in (("≥", row.goal.at_least), ("≤", row.goal.at_most))
             if bound is not None
         )
         table.add_row(
-            f"{metric.title} {unit}".strip(),
+            _titled(metric),
             row.where,
             row.variant,
             str(row.cases),
@@ -79,16 +76,15 @@ def budget_table(run: Run) -> Table | None:
     if not rows:
         return None
     stages = list(rows[0].cost)
-    table = plain_table("Where the error comes from: how much better the truth of a stage makes each metric")
-    for head in ("variant", "metric", "as it is", *stages):
-        table.add_column(head, justify="left" if head in {"variant", "metric"} else "right")
+    title = "Where the error comes from: how much better the truth of a stage makes each metric"
+    heads = ("variant", "metric", "as it is", *stages)
+    table = plain_table(heads, title, right=heads[2:])
     previous = None
     for row in rows:
         metric = metric_named(row.metric)
-        unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
         values = (row.left["none"], *(row.cost.get(stage, math.nan) for stage in stages))
         name = "" if row.variant == previous else row.variant
-        table.add_row(name, f"{metric.title} {unit}".strip(), *(_text(metric, value) for value in values))
+        table.add_row(name, _titled(metric), *(_text(metric, value) for value in values))
         previous = row.variant
     return table
 
@@ -97,9 +93,8 @@ def times_table(run: Run) -> Table:
     """Median wall time of each stage, a row per variant; workers that share the machine slow each other."""
     variants = list(dict.fromkeys(record.variant for record in run.records))
     stages = list(dict.fromkeys(stage for record in run.records for stage in record.timings_s))
-    table = plain_table("Median wall time per stage, ms")
-    for head in ("variant", *(stage.removesuffix("_s") for stage in stages)):
-        table.add_column(head, justify="left" if head == "variant" else "right")
+    heads = [stage.removesuffix("_s") for stage in stages]
+    table = plain_table(("variant", *heads), "Median wall time per stage, ms", right=heads)
     for variant in variants:
         mine = [record.timings_s for record in run.records if record.variant == variant]
         known = [[times[stage] for times in mine if stage in times] for stage in stages]
@@ -121,12 +116,11 @@ def say_failures(run: Run) -> None:
 
 
 def _head(metric: Metric) -> str:
-    unit = {"1": "%", "count": ""}.get(metric.unit, metric.unit)
-    return "\n".join([*metric.title.split(), unit])
+    return "\n".join([*metric.title.split(), shown_unit(metric.unit)])
 
 
-def _values(row: Row) -> list[str]:
-    return [_text(metric_named(name), value) for name, value in row.values.items()]
+def _titled(metric: Metric) -> str:
+    return f"{metric.title} {shown_unit(metric.unit)}".strip()
 
 
 def _fine(metric: Metric, value: float) -> str:

@@ -4,36 +4,25 @@ from __future__ import annotations
 
 import argparse
 
-from bench.cli.grammar import Commands, add_json_instead, add_trust, command, positive
+from bench.cli.grammar import add_json_instead, add_trust, positive
 from bench.cli.output import write_json
 
+SUMMARY = "say what is in a suite and what a run of it will cost"
+EXAMPLES = "  burrscan show quick\n  burrscan show my/suite.toml --json"
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(
-        commands,
-        "show",
-        main,
-        summary="say what is in a suite and what a run of it will cost",
-        examples="  burrscan show quick\n  burrscan show my/suite.toml --json",
-    )
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     parser.add_argument("suite", metavar="SUITE", help="a suite's name, or the path of a TOML file")
     parser.add_argument(
         "--workers", metavar="N", type=positive, help="for the estimate (default: one per core)"
     )
     add_json_instead(parser, "the suite resolved,")
-    add_trust(parser, "SUITE, and check how it is called")
+    add_trust(parser, "SUITE, and check how it is called", of=["suite"])
 
 
 def main(given: argparse.Namespace) -> int:
     """Print the suite. Code that it names is not imported unless the user says so."""
-    from burrscan.variants import shipped_only
-
-    with shipped_only(given.suite, trusted=given.trust):
-        return _show(given)
-
-
-def _show(given: argparse.Namespace) -> int:
     from bench.run.costs import estimate, known_costs
     from bench.suites.cases import expand
     from bench.suites.catalogue import load_suite

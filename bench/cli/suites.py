@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from bench.cli.grammar import Commands, add_json_instead, command
+from bench.cli.grammar import add_json_instead
 from bench.cli.output import write_json
 
 _FEW = 5
 """Variants named in a row of the table; it says how many more there are."""
 
+SUMMARY = "list the suites that come with burrscan"
 
-def add(commands: Commands) -> None:
-    """Declare the subcommand."""
-    parser = command(commands, "suites", main, summary="list the suites that come with burrscan")
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
     add_json_instead(parser, "the same")
 
 
@@ -45,9 +46,7 @@ def main(given: argparse.Namespace) -> int:
 def _print(rows: list[dict[str, Any]]) -> None:
     from bench.cli.tables import plain_table, print_table
 
-    table = plain_table()
-    for head in ("suite", "what it measures", "cases", "variants", "takes"):
-        table.add_column(head)
+    table = plain_table(("suite", "what it measures", "cases", "variants", "takes"))
     for row in rows:
         table.add_row(row["name"], row["title"], str(row["cases"]), _variants(row["variants"]), row["takes"])
     print_table(table)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
 
-def plain_table(title: str = "") -> Table:
-    """An empty table with a line below its heads and no other."""
-    return Table(
+def plain_table(heads: Iterable[str], title: str = "", *, right: Container[str] = ()) -> Table:
+    """A table without rows, with a line below its heads and no other; columns ``right`` end at the right."""
+    table = Table(
         title=title or None, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True
     )
+    for head in heads:
+        table.add_column(head, justify="right" if head in right else "left", no_wrap=True)
+    return table
 
 
 def print_table(table: Table) -> None:

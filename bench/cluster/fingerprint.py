@@ -10,16 +10,15 @@ import platform
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from bench.run.provenance import versions
+from bench.run.provenance import code_digest, versions
 from bench.score.metrics import METRICS
+from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, Variant
 from bench.suites.variants import stages_of
 from scenes.renderer import choose
 
 Fingerprint = Mapping[str, str]
 """What it is about, to what it is."""
-
-_PACKAGES = ("burrscan", "scenes", "bench")
 
 
 def fingerprint(modules: Sequence[str], *, renders: bool) -> dict[str, str]:
@@ -37,7 +36,7 @@ def fingerprint(modules: Sequence[str], *, renders: bool) -> dict[str, str]:
     return {
         "python": python,
         **versions(),
-        "metrics": _digest(f"{name} {METRICS[name].version}\n".encode() for name in sorted(METRICS)),
+        "metrics": content_hash({name: metric.version for name, metric in METRICS.items()})[:12],
         "burrscan's code": _code(),
         **{f"module {name}": _module(name) for name in modules},
         **({"renderer": choose().variant} if renders else {}),
@@ -71,14 +70,7 @@ def _methods(variant: Variant) -> Iterator[str]:
 @functools.cache
 def _code() -> str:
     """Once per process: what is loaded does not change with the files."""
-    return _digest(_sources())
-
-
-def _sources() -> Iterator[bytes]:
-    for package in _PACKAGES:
-        root = Path(str(importlib.import_module(package).__file__)).parent
-        for path in sorted(root.rglob("*.py")):
-            yield f"{package}/{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes()
+    return code_digest("burrscan", "scenes", "bench")
 
 
 def _module(name: str) -> str:
@@ -89,11 +81,4 @@ def _module(name: str) -> str:
         return "none"
     if spec is None or spec.origin is None or not Path(spec.origin).is_file():
         return "none"
-    return _digest([Path(spec.origin).read_bytes()])
-
-
-def _digest(parts: Iterator[bytes] | Sequence[bytes]) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part)
-    return digest.hexdigest()[:12]
+    return hashlib.sha256(Path(spec.origin).read_bytes()).hexdigest()[:12]

@@ -9,6 +9,7 @@ from bench.compare.margins import FAILURES
 from bench.compare.pairs import Arm
 from bench.compare.result import FoundOrMissed, GateKind, GateOutcome, GateState, Row
 from bench.compare.text import number
+from bench.run.records import count_failed
 from bench.score.metric import within
 from bench.suites.suite import Gate
 from bench.summary.table import summarise
@@ -96,7 +97,7 @@ def _absolute(gate: Gate, row: Row, new: Arm) -> Iterator[GateOutcome]:
 def _own_value(new: Arm, metric: str) -> float:
     """As in the score table; a metric that no case has holds no floor."""
     if metric == FAILURES:
-        return float(sum(record.failure is not None for record in new.records))
+        return float(count_failed(new.records))
     return summarise(metric, new.records)
 
 

@@ -94,6 +94,11 @@ class Row:
     applies: bool = True
     note: str = ""
 
+    @property
+    def by_every_case(self) -> bool:
+        """Whether there are too few scenes for a verdict, but all cases went one way beyond the margin."""
+        return self.verdict == "inconclusive" and bool(self.every)
+
 
 @dataclass(frozen=True)
 class BurrChange:
@@ -306,8 +311,9 @@ def _told(rows: Sequence[Row]) -> list[str]:
             named.append(f"{verdict} in {', '.join(dict.fromkeys(within(row.title) for row in some))}")
         elif some:
             counted.append(f"{verdict} in {len(some)}")
-    return [*named, *([f"{_listed(counted)} of {len(rows)} gated metrics"] if counted else [])]
+    return [*named, *([f"{listed(counted)} of {len(rows)} gated metrics"] if counted else [])]
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """Words with commas and an "and"."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

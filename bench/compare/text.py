@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from bench.compare.result import ArmComparison, Row, Verdict, by_case
 
@@ -33,7 +34,7 @@ def cells(row: Row) -> tuple[str, ...]:
         f"±{number(row.margin, row.unit)}{points}",
         p_value(row.p_holm),
         here(row),
-        f"{SIGNS[row.verdict]} {row.verdict}{_aside(row)}",
+        f"{SIGNS[row.verdict]} {row.verdict}{f' ({words})' if (words := aside(row)) else ''}",
     )
 
 
@@ -55,11 +56,11 @@ def _interval(row: Row) -> str:
     return f"{' to '.join(ends)} ({100 * row.level:.3g} %)"
 
 
-def _aside(row: Row) -> str:
+def aside(row: Row) -> str:
     """What is certain though it does not matter, and what is a fact though no test can say it."""
-    if row.verdict == "inconclusive" and row.every:
-        return f" ({row.every} in every case)"
-    return f" (a little {row.seen})" if row.verdict == "equivalent" and row.seen else ""
+    if row.by_every_case:
+        return f"{row.every} in every case"
+    return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
 
 
 def number(value: float, unit: str, *, sign: bool = False) -> str:
@@ -102,13 +103,13 @@ def remarks(arm: ArmComparison) -> list[str]:
         lines += [f"{title}: {case}" for case in cases]
     if not arm.same_noise:
         lines.append("the arms saw different noise: pairs differ by chance as well")
-    return lines + _notes(arm)
+    return lines + notes(arm.rows)
 
 
-def _notes(arm: ArmComparison) -> list[str]:
+def notes(rows: Iterable[Row]) -> list[str]:
     """What is to be known of rows, those with the same note together."""
     titles: dict[str, list[str]] = {}
-    for row in arm.rows:
+    for row in rows:
         if row.note:
             titles.setdefault(row.note, []).append(row.title)
     return [f"{', '.join(names)}: {note}" for note, names in titles.items()]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
-Scale = Literal["log", "linear"]
+_BINS = 8  # shares found at more places would hide the curve
 
 
 @dataclass(frozen=True)
@@ -22,42 +21,34 @@ class PodCurve:
 
     Parameters
     ----------
-    model
-        In words.
-    band
-        How the intervals were made.
     size, pod, low, high
-        (K,) the curve, with its pointwise two-sided 95 % band.
+        (K,) the curve over the logarithm of size, with its pointwise two-sided 95 % band.
     a50, a90
         Sizes detected with a probability of 0.5 and 0.9; NaN where the curve does not get there, or no size
         was missed.
-    a50_interval, a90_interval
-        Two-sided, 95 %.
+    a90_interval
+        Of a90, two-sided, 95 %.
     a90_95
         The upper 95 % confidence bound of a90: infinite where these data do not show that any size is
         detected with 0.9.
     floor, ceiling
         The curve's asymptotes: what is "detected" by false calls alone, and what the largest burrs reach.
-    trials, hits
-        Burrs there were, burrs found.
+    trials
+        Burrs there were.
 
     """
 
-    model: str
-    band: str
     size: Floats
     pod: Floats
     low: Floats
     high: Floats
     a50: float
     a90: float
-    a50_interval: tuple[float, float]
     a90_interval: tuple[float, float]
     a90_95: float
     floor: float
     ceiling: float
     trials: int
-    hits: int
 
     def told(self, value: float) -> str:
         """A size as text; beyond the sizes that were tried, where the curve is a guess, none is stated."""
@@ -80,12 +71,11 @@ class Share:
     high: float
 
 
-def shares(size: Floats, hit: Bools, *, bins: int = 8) -> tuple[Share, ...]:
-    """Shares found at each size, or in groups of equal number where there are more sizes than ``bins``."""
-    values = np.unique(size)
-    edges = (
-        values if len(values) <= bins else np.unique(np.quantile(size, np.linspace(0.0, 1.0, bins + 1))[:-1])
-    )
+def shares(size: Floats, hit: Bools) -> tuple[Share, ...]:
+    """Shares found at each size, or in groups of equal number where there are more sizes than eight."""
+    edges = np.unique(size)
+    if len(edges) > _BINS:
+        edges = np.unique(np.quantile(size, np.linspace(0.0, 1.0, _BINS + 1))[:-1])
     group = np.searchsorted(edges, size, side="right")
     found = []
     for number in np.unique(group):
@@ -95,8 +85,8 @@ def shares(size: Floats, hit: Bools, *, bins: int = 8) -> tuple[Share, ...]:
     return tuple(found)
 
 
-def to_scale(size: Floats, scale: Scale) -> Floats:
-    """Sizes on the axis on which the curve is straight; on a log axis blank sites (0) are at minus infinity.
+def logarithms(size: Floats) -> Floats:
+    """Places of sizes on the axis on which the curve is straight; blank sites (0) are at minus infinity.
 
     Raises
     ------
@@ -107,21 +97,20 @@ def to_scale(size: Floats, scale: Scale) -> Floats:
     if not np.all(np.isfinite(size) & (size >= 0.0)):
         raise InputError("sizes of burrs must be finite and not negative")
     with np.errstate(divide="ignore"):
-        return np.log(size) if scale == "log" else np.asarray(size, float)
+        return np.asarray(np.log(size), float)
 
 
-def from_scale(x: float, scale: Scale) -> float:
-    """Back to a size; a size below zero is zero, NaN stays NaN."""
+def size_of(place: float) -> float:
+    """Back to a size; NaN stays NaN."""
     with np.errstate(over="ignore"):
-        return float(np.exp(x)) if scale == "log" else float(np.maximum(x, 0.0))
+        return float(np.exp(place))
 
 
-def grid(x: Floats, scale: Scale, points: int = 81) -> Floats:
+def grid(x: Floats) -> Floats:
     """Places (K,) on the curve's axis that cover the sizes seen and a little more."""
     known = x[np.isfinite(x)]
     room = 0.15 * float(np.ptp(known))
-    low = float(known.min()) - room
-    return np.linspace(low if scale == "log" else max(low, 0.0), float(known.max()) + room, points)
+    return np.linspace(float(known.min()) - room, float(known.max()) + room, 81)
 
 
 def crossing(x: Floats, height: Callable[[float], float], level: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, gammaincinv, logit
 
-from bench.detection.curve import PodCurve, Scale, crossing, from_scale, grid, to_scale
+from bench.detection.curve import PodCurve, crossing, grid, logarithms, size_of
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
@@ -24,7 +24,6 @@ _SLICES = 7
 """Values of an asymptote for each of which the region of the line is found."""
 _LARGEST_ASYMPTOTE = 0.45
 """Below a half, so that a curve still rises through the 50 % that its size is read off at."""
-_AXES: dict[Scale, str] = {"log": "log size", "linear": "size"}
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,8 @@ class _Slice:
         return float(self.floor + (self.ceiling - self.floor) * expit(extreme))
 
 
-def fit_hit_miss(
-    size: Floats, hit: Bools, *, scale: Scale = "log", floor: bool = False, ceiling: bool = False
-) -> PodCurve:
-    """Fit ``POD(a) = floor + (ceiling - floor) * logistic(b0 + b1 x)`` with x = log a, or a.
+def fit_hit_miss(size: Floats, hit: Bools, *, floor: bool = False, ceiling: bool = False) -> PodCurve:
+    """Fit ``POD(a) = floor + (ceiling - floor) * logistic(b0 + b1 x)`` with x = log a.
 
     Maximum likelihood. Intervals hold every parameter value whose likelihood ratio to the best one is not
     rejected (chi-squared, one degree of freedom, so pointwise); they keep their meaning for few burrs and for
@@ -99,8 +96,6 @@ def fit_hit_miss(
         (N,) sizes of true burrs, such as heights in mm; 0 for a blank site, which tells of the floor.
     hit
         (N,) whether each was found.
-    scale
-        Axis on which the log odds are a line.
     floor, ceiling
         Whether the curve has asymptotes of its own above 0 (false calls that fall on a burr) and below 1
         (burrs that no light reaches), or ends at 0 and 1.
@@ -111,7 +106,7 @@ def fit_hit_miss(
         When there are fewer than two sizes.
 
     """
-    x = to_scale(np.asarray(size, float), scale)
+    x = logarithms(np.asarray(size, float))
     known = x[np.isfinite(x)]
     if len(np.unique(known)) < 2:
         raise InputError("a detection curve needs burrs of at least two sizes; state the share found instead")
@@ -121,41 +116,32 @@ def fit_hit_miss(
     fit = (line, low_end, high_end)
     two_sided = _region(data, fit, 0.95, floor=floor, ceiling=ceiling)
     one_sided = _region(data, fit, 0.90, floor=floor, ceiling=ceiling)
-    places = grid(x, scale)
+    places = grid(x)
     z = (places - centre) / spread
 
     def size_at(level: float, slices: list[_Slice], pick: str) -> float:
         at = crossing(z, lambda v: _extreme(slices, v, pick), level)
-        return from_scale(centre + spread * at, scale)
+        return size_of(centre + spread * at)
 
     def fitted(level: float) -> float:
         if data.hit.all() or not data.hit.any() or line[1] <= 0.0 or not low_end < level < high_end:
             return float("nan")
         at = (float(logit((level - low_end) / (high_end - low_end))) - line[0]) / line[1]
-        return from_scale(centre + spread * at, scale)
+        return size_of(centre + spread * at)
 
     return PodCurve(
-        model=f"hit/miss, logistic in {_AXES[scale]}{_ends(floor=floor, ceiling=ceiling)}",
-        band="likelihood ratio, pointwise",
-        size=np.array([from_scale(float(p), scale) for p in places]),
+        size=np.exp(places),
         pod=low_end + (high_end - low_end) * expit(line[0] + line[1] * z),
         low=np.array([_extreme(two_sided, v, "low") for v in z]),
         high=np.array([_extreme(two_sided, v, "high") for v in z]),
         a50=fitted(0.5),
         a90=fitted(0.9),
-        a50_interval=(size_at(0.5, two_sided, "high"), size_at(0.5, two_sided, "low")),
         a90_interval=(size_at(0.9, two_sided, "high"), size_at(0.9, two_sided, "low")),
         a90_95=size_at(0.9, one_sided, "low"),
         floor=low_end,
         ceiling=high_end,
         trials=len(known),
-        hits=int(np.asarray(hit)[np.isfinite(x)].sum()),
     )
-
-
-def _ends(*, floor: bool, ceiling: bool) -> str:
-    ends = [name for name, there in (("floor", floor), ("ceiling", ceiling)) if there]
-    return f", with {' and '.join(ends)}" if ends else ""
 
 
 def _best(data: _Data, *, floor: bool, ceiling: bool) -> tuple[Floats, float, float]:

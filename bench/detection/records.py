@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from bench.detection.curve import PodCurve, Scale, Share, shares
+from bench.detection.curve import PodCurve, Share, shares
 from bench.detection.hit_miss import fit_hit_miss
 from bench.detection.signal import fit_signal
-from bench.run.records import Record
+from bench.run.records import Record, count_failed
 from bench.statistics.flips import mean_test
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
@@ -78,10 +78,8 @@ def detection(
     burrs: Mapping[str, Any] | None = None,
     size: str = "height_mm",
     model: Model = "hit/miss",
-    scale: Scale = "log",
     floor: bool = False,
     ceiling: bool = False,
-    threshold: float | None = None,
 ) -> Detection:
     """How a variant's detection grows with burr size.
 
@@ -100,11 +98,10 @@ def detection(
         A burr's size: a key of the records' burr tables (``height_mm``, ``width_mm``), or a swept parameter
         (such as an incidence).
     model
-        ``"hit/miss"``, or ``"signal"``: the measured height against the true one.
-    scale, floor, ceiling
+        ``"hit/miss"``, or ``"signal"``: the measured height against the true one, with the
+        lowest of those measured as the threshold.
+    floor, ceiling
         See :func:`fit_hit_miss`; with ``"signal"``, ``ceiling`` allows hidden burrs.
-    threshold
-        Of the signal; the lowest height measured where none is given.
 
     """
     chosen = [r for r in records if all(r.parameters.get(k) == v for k, v in (where or {}).items())]
@@ -115,10 +112,10 @@ def detection(
         if of_one_size(sizes):
             pass
         elif model == "signal":
-            least = threshold if threshold is not None else float(np.nanmin(heights, initial=np.inf))
-            curve = fit_signal(sizes, heights, threshold=least, scale=scale, hidden=ceiling)
+            lowest = float(np.nanmin(heights, initial=np.inf))
+            curve = fit_signal(sizes, heights, threshold=lowest, hidden=ceiling)
         else:
-            curve = fit_hit_miss(sizes, hits, scale=scale, floor=floor, ceiling=ceiling)
+            curve = fit_hit_miss(sizes, hits, floor=floor, ceiling=ceiling)
     except InputError as error:
         why_not = str(error)
     calls, interval, wheels = _false_calls(mine)
@@ -131,7 +128,7 @@ def detection(
         false_calls_per_wheel=calls,
         false_calls_interval=interval,
         wheels=wheels,
-        failed=sum(record.failure is not None for record in mine),
+        failed=count_failed(mine),
     )
 
 

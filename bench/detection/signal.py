@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit, ndtr, ndtri, stdtrit
 
-from bench.detection.curve import PodCurve, Scale, from_scale, grid, to_scale
+from bench.detection.curve import PodCurve, grid, logarithms, size_of
 from burrscan.arrays import Bools, Floats
 from burrscan.errors import InputError
 
@@ -41,11 +41,10 @@ def fit_signal(
     response: Floats,
     *,
     threshold: float,
-    scale: Scale = "log",
     hidden: bool = False,
     blanks: tuple[int, int] | None = None,
 ) -> PodCurve:
-    """Fit ``response = b0 + b1 x + normal error``, x = log a or a, and the POD of a decision threshold.
+    """Fit ``log response = b0 + b1 x + normal error``, x = log a, and the POD of a decision threshold.
 
     Responses below the threshold are not reported, so missed burrs are censored there (maximum likelihood of
     a censored regression, ASTM E3023 and MIL-HDBK-1823A, appendix G), with the error's spread corrected for
@@ -55,13 +54,11 @@ def fit_signal(
     Parameters
     ----------
     size
-        (N,) true sizes, such as heights in mm, above 0 on a log scale.
+        (N,) true sizes, such as heights in mm, above 0.
     response
         (N,) measured sizes; NaN for burrs that were missed.
     threshold
         Measured size from which a burr is reported.
-    scale
-        Axis of both, size and response.
     hidden
         Whether some share of burrs stays hidden however large they are; it is estimated, and lowers the
         curve's upper end.
@@ -74,7 +71,7 @@ def fit_signal(
         When there are fewer than three burrs found, or fewer than two sizes.
 
     """
-    data = _checked(size, response, threshold, scale, hidden=hidden)
+    data = _checked(size, response, threshold, hidden=hidden)
     best, covariance = _fitted(data)
     calls, sites = blanks or (0, 1)
     floor = calls / sites
@@ -84,48 +81,44 @@ def fit_signal(
     spread[:-1, :-1] = covariance
     spread[-1, -1] = floor * (1.0 - floor) / sites
     wide, one_sided = (float(stdtrit(np.isfinite(data.y).sum() - 2, q)) for q in (0.975, 0.95))
-    x = grid(data.x, scale)
+    x = grid(data.x)
     odds = _odds(theta, x, data)
     error = _standard_error(lambda p: _odds(p, x, data), theta, spread)
-    a50, a50_error = _place(0.5, theta, spread, data)
+    a50, _ = _place(0.5, theta, spread, data)
     a90, a90_error = _place(0.9, theta, spread, data)
 
     def size_at(place: float, error: float) -> float:
         """A bound; one that is not there says nothing."""
         if np.isnan(place) and error:
             return float(np.inf) if error > 0.0 else 0.0
-        return from_scale(place + error, scale)
+        return size_of(place + error)
 
     return PodCurve(
-        model=f"signal response, {'log ' if scale == 'log' else ''}linear{', some hidden' if hidden else ''}",
-        band="delta method, pointwise",
-        size=np.array([from_scale(float(v), scale) for v in x]),
+        size=np.exp(x),
         pod=expit(odds),
         low=expit(odds - wide * error),
         high=expit(odds + wide * error),
-        a50=size_at(a50, 0.0),
-        a90=size_at(a90, 0.0),
-        a50_interval=(size_at(a50, -wide * a50_error), size_at(a50, wide * a50_error)),
+        a50=size_of(a50),
+        a90=size_of(a90),
         a90_interval=(size_at(a90, -wide * a90_error), size_at(a90, wide * a90_error)),
         a90_95=size_at(a90, one_sided * a90_error),
         floor=floor,
         ceiling=_ceiling(theta, data),
         trials=len(data.x),
-        hits=int(np.isfinite(data.y).sum()),
     )
 
 
-def _checked(size: Floats, response: Floats, threshold: float, scale: Scale, *, hidden: bool) -> _Data:
-    x = to_scale(np.asarray(size, float), scale)
+def _checked(size: Floats, response: Floats, threshold: float, *, hidden: bool) -> _Data:
+    x = logarithms(np.asarray(size, float))
     known = np.asarray(response, float)
     seen: Bools = np.isfinite(known) & (known >= threshold)
     if not np.isfinite(x).all() or len(np.unique(x)) < 2 or seen.sum() < 3:
         raise InputError("a signal response needs at least three burrs found and two sizes above zero")
-    if scale == "log" and threshold <= 0.0:
-        raise InputError("the threshold must be above zero on a log scale")
+    if threshold <= 0.0:
+        raise InputError("the threshold must be above zero")
     y = np.full(len(x), np.nan)
-    y[seen] = np.log(known[seen]) if scale == "log" else known[seen]
-    return _Data(x, y, float(np.log(threshold)) if scale == "log" else threshold, hidden)
+    y[seen] = np.log(known[seen])
+    return _Data(x, y, float(np.log(threshold)), hidden)
 
 
 def _fitted(data: _Data) -> tuple[Floats, Floats]:

@@ -59,12 +59,12 @@ class _Telling:
         return Finding(Tracked(seen, max(self._sigma_mm, _LEAST_MM)))
 
 
-def stopped(look_mm: float, sure: float, *, runs: int = _RUNS) -> tuple[float, float]:
+def stopped(look_mm: float, sure: float) -> tuple[float, float]:
     """Shares of runs that stop, and of those that are within the tolerance, across and along the normal."""
     scene = scene_from(paper_scene("catalogue", scale=0.5), source="paper")
     wheel = build_wheel(scene.wheel, scene.burrs)
     stop, within = [], []
-    for seed in range(runs):
+    for seed in range(_RUNS):
         cell = SimulatedCell(scene, CellSpec(), identity=(seed,), wheel=wheel)
         pose = base_pose(cell.wheel, 0)
         burr = stated_burr(cell.wheel.burrs[0], pose)

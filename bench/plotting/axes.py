@@ -185,11 +185,11 @@ def round_up(value: float) -> float:
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= value * (1 - 1e-9))
 
 
-def padded(values: Floats, share: float = 0.06) -> tuple[float, float]:
+def padded(values: Floats) -> tuple[float, float]:
     """The range of finite values, with some room on both sides."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    room = (high - low) * share or 1.0
+    room = (high - low) * 0.06 or 1.0
     return low - room, high + room
 
 

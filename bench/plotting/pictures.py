@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from burrscan.arrays import Ints, Levels
+from burrscan.arrays import Floats, Ints, Levels
 
 _PHOTO_QUALITY = 82
 """Of WebP: a camera's noise survives, and the page stays small."""
@@ -24,7 +24,11 @@ _SCREEN_GAMMA = 2.2
 _LOSSLESS = 101  # OpenCV's way to say so
 _STEPS = 20  # colour steps on each side of zero: enough to see, few enough to stay small
 
-BLUE_WHITE_RED = ((5, 48, 97), (67, 147, 195), (247, 247, 247), (214, 96, 77), (103, 0, 31))
+_SHIFT = 4  # bits of a pixel's fraction where faces are painted
+
+Anchors = tuple[tuple[int, int, int], ...]
+"""Colours, red, green and blue, evenly spaced along a scale."""
+BLUE_WHITE_RED: Anchors = ((5, 48, 97), (67, 147, 195), (247, 247, 247), (214, 96, 77), (103, 0, 31))
 """ColorBrewer's RdBu, from negative to positive: readable with any colour vision."""
 
 
@@ -62,20 +66,36 @@ def classes(labels: Levels, colours: Mapping[int, str]) -> str:
     return _data_uri(_bgr(table[labels]), _LOSSLESS)
 
 
-def gradient() -> str:
-    """The colours of :func:`signed_map` as a CSS gradient, for a legend."""
-    stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in BLUE_WHITE_RED)
+def gradient(anchors: Anchors = BLUE_WHITE_RED) -> str:
+    """Colours as a CSS gradient, for a legend; by default those of :func:`signed_map`."""
+    stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in anchors)
     return f"linear-gradient(to right, {stops})"
 
 
-def ramp() -> Levels:
-    """(2 * steps + 1, 3) colours of :func:`signed_map`, red, green, blue, from -1 to +1."""
-    at = np.linspace(0.0, 1.0, len(BLUE_WHITE_RED))
-    wanted = np.linspace(0.0, 1.0, 2 * _STEPS + 1)
-    anchors = np.array(BLUE_WHITE_RED, float)
-    return (
-        np.stack([np.interp(wanted, at, anchors[:, i]) for i in range(3)], axis=-1).round().astype(np.uint8)
-    )
+def ramp(anchors: Anchors = BLUE_WHITE_RED, count: int = 2 * _STEPS + 1) -> Levels:
+    """(count, 3) colours from first anchor to last; by default those of :func:`signed_map`, -1 to +1."""
+    at, wanted = np.linspace(0.0, 1.0, len(anchors)), np.linspace(0.0, 1.0, count)
+    channels = [np.interp(wanted, at, channel) for channel in np.array(anchors, float).T]
+    return np.stack(channels, axis=-1).round().astype(np.uint8)
+
+
+def view_from(*, azimuth_deg: float, elevation_deg: float) -> Floats:
+    """(3, 3) rows right, up, towards the viewer; z stays upright, azimuth 0 looks from +x."""
+    a, e = np.radians([azimuth_deg, elevation_deg])
+    towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def painted(canvas: Levels, corners_px: Floats, depth: Floats, colours: Floats) -> Levels:
+    """Paint faces (F, 3, 2) onto a canvas (h, w, c), from the least depth (F,) to the largest.
+
+    ``colours`` are (F, c); the canvas is returned.
+    """
+    places = np.round(corners_px * 2.0**_SHIFT).astype(np.int32)
+    for face in np.argsort(depth):
+        cv2.fillConvexPoly(canvas, places[face], colours[face].tolist(), cv2.LINE_8, _SHIFT)
+    return canvas
 
 
 def window(truth: Mapping[str, NDArray[Any]]) -> tuple[slice, slice]:

@@ -7,28 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from markupsafe import Markup
-
 from bench.report import figures
-from bench.report.figures import Figure, Scales
+from bench.report.figures import Scales
 from bench.report.forest import shown
-from bench.report.sides import Side
-from bench.report.summary import Cell, Row, score_row
+from bench.report.summary import Cell, Row, known_rows, score_row
+from bench.report.worst import Chosen
 from bench.run import Record, Run
 from bench.score.metrics import metric_named
 from bench.summary.table import summarise
 
 _HALF = 0.5
 """A burr of which less than this share can be, or was, measured was missed for that reason."""
-
-
-@dataclass(frozen=True)
-class SideFigures:
-    """What one side's scanner saw."""
-
-    label: str
-    css: str
-    figures: tuple[Figure, ...]
 
 
 @dataclass(frozen=True)
@@ -39,102 +28,46 @@ class BurrTable:
     rows: tuple[Row, ...]
 
 
-@dataclass(frozen=True)
-class CaseView:
-    """Everything that the page shows of one case: pictures of ``sides``, numbers of ``all_sides``."""
+def view(item: Chosen, anchor: str, metrics: Sequence[str], limits: Scales) -> dict[str, Any]:
+    """Everything that the page shows of one case.
 
-    name: str
-    anchor: str
-    title: str
-    reason: str
-    parameters: tuple[tuple[str, str], ...]
-    sides: tuple[SideFigures, ...]
-    all_sides: tuple[Side, ...]
-    errors: tuple[tuple[str, str], ...]
-    paired: bool
-    rows: tuple[Row, ...]
-    burrs: tuple[BurrTable, ...]
-    photos: tuple[Figure, ...]
-    maps: tuple[Figure, ...]
-    solid: Markup
-    profiles: tuple[Figure, ...]
-    command: str
-
-
-def view(
-    case: str,
-    sides: Sequence[Side],
-    *,
-    pictured: Sequence[Side],
-    stands_out: str,
-    anchor: str,
-    title: str,
-    reason: str,
-    metrics: Sequence[str],
-    limits: Scales,
-    paired: bool,
-) -> CaseView:
-    """Lay out one case.
+    ``sides`` are those that have it, ``scans`` those of which pictures are shown.
 
     Parameters
     ----------
-    case
-        Its name in the run.
-    sides
-        Those that have it are in the tables.
-    pictured
-        Those of which pictures are shown.
-    stands_out
-        Label of the one whose surface is shown first; empty: the last one.
-    anchor, title, reason
-        Its name inside the page, its heading, and why it is shown.
+    item
+        The case, of which panel, and why it is shown.
+    anchor
+        Its name inside the page.
     metrics
         Names for its table.
     limits
         Colour limits.
-    paired
-        Whether the table shows the difference of the two sides.
 
     """
-    there = [side for side in sides if case in side.records]
-    records = [side.records[case] for side in there]
-    truth = next((arrays for side in there if (arrays := side.truth(case))), {})
-    found = {side: side.found(case) for side in there if side in pictured}
-    whites = [figures.photo_figures(truth, arrays, "") for arrays in found.values()]
-    return CaseView(
-        case.replace(",", ", "),
-        anchor,
-        title,
-        reason,
-        tuple((name, str(value)) for name, value in records[0].parameters.items()),
-        tuple(
-            SideFigures(side.label, side.css, figures.scan_figures(truth, arrays, limits))
-            for side, arrays in found.items()
-        ),
-        tuple(there),
-        tuple(
-            (side.label, failure.error)
-            for side in there
-            if (failure := side.records[case].failure) is not None
-        ),
-        paired and len(there) == 2,
-        case_rows(records, metrics, paired=paired),
-        burr_tables(records),
-        next((white for white in whites if white), ()),
-        (
-            *figures.true_map_figures(truth, limits),
-            *(
-                figure
-                for side, arrays in found.items()
-                for figure in figures.found_map_figures(truth, arrays, limits, side.label, side.css)
-            ),
-        ),
-        figures.solid_figure(
-            [(side.label, side.css, arrays) for side, arrays in found.items()], limits, first=stands_out
-        ),
-        figures.profile_figures(truth, {side.css: arrays for side, arrays in found.items()}, limits),
-        command(there[-1].run, case),
-    )
+    case = item.case
+    sides = [side for side in item.panel.sides if case in side.records]
+    records = [side.records[case] for side in sides]
+    truth = next((arrays for side in sides if (arrays := side.truth(case))), {})
+    found = {side: side.found(case) for side in sides if side in item.sides}
+    return {
+        "name": case.replace(",", ", "),
+        "anchor": anchor,
+        "title": item.panel.title,
+        "reason": item.reason,
+        "parameters": records[0].parameters,
+        "sides": sides,
+        "failed": [(side.label, why.error) for side in sides if (why := side.records[case].failure)],
+        "paired": item.panel.paired and len(sides) == 2,
+        "rows": case_rows(records, metrics, paired=item.panel.paired),
+        "burrs": burr_tables(records),
+        "photos": figures.photo_figures(truth, found),
+        "maps": figures.map_figures(truth, found, limits),
+        "solid": figures.solid_figure(found, limits, first=item.kind[0]),
+        "profiles": figures.profile_figures(truth, found, limits),
+        "scans": {side: figures.scan_figures(truth, arrays, limits) for side, arrays in found.items()},
+        "command": command(sides[-1].run, case),
+    }
 
 
 def command(run: Run, case: str) -> str:
@@ -154,8 +87,7 @@ def _suite_argument(run: Run) -> str:
 
 def case_rows(records: Sequence[Record], metrics: Sequence[str], *, paired: bool = False) -> tuple[Row, ...]:
     """The score of one case, per side; a failed one has none. Metrics that no side has are left out."""
-    rows = [_case_row(records, name, paired=paired) for name in metrics]
-    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
+    return known_rows(_case_row(records, name, paired=paired) for name in metrics)
 
 
 def _case_row(records: Sequence[Record], name: str, *, paired: bool) -> Row:

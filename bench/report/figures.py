@@ -14,8 +14,7 @@ from bench.plotting import pictures
 from bench.plotting.axes import round_up
 from bench.report import charts
 from bench.report.charts import Mark, Unrolled
-from bench.report.load import Arrays
-from bench.report.sides import Side
+from bench.report.sides import Arrays, Side
 from bench.report.solid import Solid, viewer
 from burrscan.arrays import Levels
 
@@ -69,53 +68,56 @@ def scales(looks: Sequence[tuple[Side, str]]) -> Scales:
     )
 
 
-def photo_figures(truth: Arrays, found: Arrays, label: str) -> tuple[Figure, ...]:
+Found = Mapping[Side, Arrays]
+"""What was kept of a case by the sides whose pictures are shown."""
+
+
+def photo_figures(truth: Arrays, found: Found) -> list[Figure]:
     """The part as the camera sees it under white light; nothing for a mesh that nobody scanned."""
-    if "white" not in found or "measurable" not in truth:
-        return ()
-    return (Figure(f"As the camera sees it{label}", _camera(found["white"], truth, "camera, white light")),)
+    whites = [arrays["white"] for arrays in found.values() if "white" in arrays and "measurable" in truth]
+    return [Figure("As the camera sees it", _camera(w, truth, "camera, white light")) for w in whites[:1]]
 
 
-def true_map_figures(truth: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """The true deviations, unrolled."""
-    return (Figure("Truth", _true_map(truth, limits)),) if truth else ()
+def map_figures(truth: Arrays, found: Found, limits: Scales) -> list[Figure]:
+    """The true deviations, and what each side measured and reported, unrolled."""
+    if not truth:
+        return []
+    measured = [
+        Figure(side.label, _found_map(truth, arrays, limits), css=side.css)
+        for side, arrays in found.items()
+        if arrays
+    ]
+    return [Figure("Truth", _true_map(truth, limits)), *measured]
 
 
-def found_map_figures(
-    truth: Arrays, found: Arrays, limits: Scales, label: str, css: str
-) -> tuple[Figure, ...]:
-    """What one side measured and reported, unrolled."""
-    return (Figure(label, _found_map(truth, found, limits), css=css),) if truth and found else ()
-
-
-def profile_figures(truth: Arrays, found: Mapping[str, Arrays], limits: Scales) -> tuple[Figure, ...]:
-    """The generatrix of every side (style class to arrays) with the truth, and its error."""
-    curves = {css: arrays["generatrix"].astype(float) for css, arrays in found.items() if arrays}
+def profile_figures(truth: Arrays, found: Found, limits: Scales) -> list[Figure]:
+    """The generatrix of every side with the truth, and its error."""
+    curves = {side.css: arrays["generatrix"].astype(float) for side, arrays in found.items() if arrays}
     if not (truth and curves):
-        return ()
+        return []
     profile = truth["generatrix"].astype(float)
     error = charts.generatrix_error(profile, curves, limits.generatrix_um)
-    return (
+    return [
         Figure("Generatrix", charts.generatrix(profile, curves), "profile"),
         Figure("Error of the generatrix", error, "profile"),
-    )
+    ]
 
 
-def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, first: str) -> Markup:
-    """The measured surfaces (label, style class, arrays), to turn by hand; nothing where none was kept.
+def solid_figure(found: Found, limits: Scales, *, first: str) -> Markup:
+    """The measured surfaces, to turn by hand; nothing where none was kept.
 
-    First shown is the one of that label, else the last one.
+    First shown is that of the side so called, else the last one.
     """
     solids = [
         Solid(
-            label,
-            css,
+            side.label,
+            side.css,
             arrays["mesh_mm"].astype(float),
             arrays["mesh_faces"],
             arrays["mesh_values_mm"].astype(float),
             arrays["camera_mm"].astype(float) if "camera_mm" in arrays else _OUTSIDE,
         )
-        for label, css, arrays in found
+        for side, arrays in found.items()
         if "mesh_mm" in arrays
     ]
     labels = [solid.label for solid in solids]
@@ -124,13 +126,8 @@ def solid_figure(found: Sequence[tuple[str, str, Arrays]], limits: Scales, *, fi
 
 
 def scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """What the scanner showed, saw and decoded."""
-    return _scan_figures(truth, found, limits) if truth and found else ()
-
-
-def _scan_figures(truth: Arrays, found: Arrays, limits: Scales) -> tuple[Figure, ...]:
-    """What the scanner showed and saw; nothing for a mesh that nobody scanned."""
-    if "pixels" not in found:
+    """What the scanner showed, saw and decoded; nothing for a mesh that nobody scanned."""
+    if not truth or "pixels" not in found:
         return ()
     part = pictures.window(truth)
     depth = pictures.signed_map(found["depth_error_mm"][part].astype(float), limits.depth_mm)

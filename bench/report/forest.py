@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from bench.compare.margins import FAILURES
 from bench.compare.result import ArmComparison, Row
-from bench.compare.text import SIGNS, here, number
+from bench.compare.text import number
+from bench.score.metric import shown_unit
 from bench.score.metrics import metric_named
 from bench.summary.table import typical
 
@@ -27,35 +27,11 @@ _MOST = 1000.0
 
 
 @dataclass(frozen=True)
-class ForestRow:
-    """One metric as the page shows it: its texts, its verdict and its plot."""
-
-    title: str
-    unit: str
-    gated: bool
-    typical: str
-    margin: str
-    base: str
-    new: str
-    difference: str
-    here: str
-    interval: str
-    verdict: str
-    css: str
-    sign: str
-    aside: str
-    plot: Markup
-
-
-@dataclass(frozen=True)
 class Forest:
-    """A comparison's rows under one axis; notes are what one must know to read some of them."""
+    """A comparison's rows under one axis, each with its plot."""
 
-    base: str
-    new: str
     axis: Markup
-    rows: tuple[ForestRow, ...]
-    notes: tuple[str, ...]
+    rows: tuple[tuple[Row, Markup], ...]
 
 
 def forest(arm: ArmComparison) -> Forest:
@@ -63,50 +39,15 @@ def forest(arm: ArmComparison) -> Forest:
     reach = _reach(arm.rows)
     known = [row for row in arm.rows if row.verdict == "not comparable" or not math.isnan(row.difference)]
     rows = sorted(known, key=lambda row: not row.gated)
-    return Forest(arm.base, arm.new, axis(reach), tuple(_row(row, reach) for row in rows), _notes(rows))
+    return Forest(axis(reach), tuple((row, _plot(row, reach)) for row in rows))
 
 
-def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Each note once, with the metrics that it is about."""
-    titles: dict[str, list[str]] = {}
-    for row in rows:
-        if row.note:
-            titles.setdefault(row.note, []).append(row.title)
-    return tuple(f"{', '.join(names)}: {note}." for note, names in titles.items())
-
-
-def _row(row: Row, reach: float) -> ForestRow:
-    return ForestRow(
-        title=row.title,
-        unit=shown_unit(row.unit),
-        gated=row.gated,
-        typical="" if row.metric == FAILURES else row.typical,
-        margin=f"±{shown(row.margin, row.unit)}{points(row.unit)}",
-        base=shown(row.base, row.unit),
-        new=shown(row.new, row.unit),
-        difference=f"{shown(row.difference, row.unit, sign=True)}{points(row.unit)}",
-        here=here(row),
-        interval=f"{shown(row.low, row.unit, sign=True)} to {shown(row.high, row.unit, sign=True)}"
-        f" ({100 * row.level:.3g} %)"
-        if math.isfinite(row.low) and row.low < row.high
-        else "",
-        verdict=row.verdict,
-        css=row.verdict.replace(" ", "-"),
-        sign=SIGNS[row.verdict],
-        aside=_aside(row),
-        plot=_plot(row, reach),
-    )
-
-
-def by_every_case(row: Row) -> bool:
-    """Whether there are too few scenes for a verdict, but all cases went one way by more than the margin."""
-    return row.verdict == "inconclusive" and bool(row.every)
-
-
-def _aside(row: Row) -> str:
-    if by_every_case(row):
-        return f"{row.every} in every case"
-    return f"a little {row.seen}" if row.verdict == "equivalent" and row.seen else ""
+def interval(row: Row) -> str:
+    """A difference's interval and its level; nothing where there is none, or it has no width."""
+    if not (math.isfinite(row.low) and row.low < row.high):
+        return ""
+    low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
+    return f"{low} to {high} ({100 * row.level:.3g} %)"
 
 
 def shown(value: float, unit: str, *, sign: bool = False) -> str:
@@ -119,11 +60,6 @@ def signed(text: str, *, sign: bool) -> str:
     if not any(digit in "123456789" for digit in text):
         return text.removeprefix("-") if any(letter.isdigit() for letter in text) else text
     return text.replace("-", "−") if text.startswith("-") or not sign else f"+{text}"
-
-
-def shown_unit(unit: str) -> str:
-    """The unit in words; a number of things has none."""
-    return {"1": "%", "count": ""}.get(unit, unit)
 
 
 def headed(name: str, *, difference: bool = False) -> str:

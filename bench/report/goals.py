@@ -7,44 +7,31 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.report.forest import headed, shown
+from bench.report.forest import shown
 from bench.run import Run
-from bench.score.metric import Metric, within
+from bench.score.metric import within
 from bench.score.metrics import metric_named
 from bench.summary.goals import GoalRow, goal_rows
 
 
 @dataclass(frozen=True)
-class GoalCell:
-    """What one run measured for a goal: a sign, a class for its colour, the figure, and of how many cases."""
-
-    sign: str
-    css: str
-    measured: str
-    cases: int
-
-
-@dataclass(frozen=True)
-class GoalLine:
-    """A goal, and what each run made of it."""
-
-    title: str
-    unit: str
-    where: str
-    variant: str
-    wanted: str
-    cells: tuple[GoalCell, ...]
-
-
-@dataclass(frozen=True)
 class Goals:
-    """All goals of a suite; ``met``, ``open`` (no case was run), ``missed`` (in words): of the last run."""
+    """All goals of a suite: each with what every run made of it, the last run's last."""
 
     heads: tuple[str, ...]
-    lines: tuple[GoalLine, ...]
-    met: int
-    open: int
-    missed: str
+    lines: tuple[tuple[GoalRow, ...], ...]
+
+    @property
+    def last(self) -> list[GoalRow]:
+        """What the last run made of them."""
+        return [line[-1] for line in self.lines]
+
+    @property
+    def missed(self) -> str:
+        """Each metric once, with a number where it stands for several goals."""
+        missed = [row for row in self.last if not row.met and not row.open]
+        counts = Counter(within(metric_named(row.goal.metric).title) for row in missed)
+        return ", ".join(f"{title} ({count})" if count > 1 else title for title, count in counts.items())
 
 
 def goals(runs: Sequence[tuple[str, Run]]) -> Goals | None:
@@ -53,53 +40,24 @@ def goals(runs: Sequence[tuple[str, Run]]) -> Goals | None:
     if not suite.goal:
         return None
     columns = [goal_rows(suite, run.records) for _, run in runs]
-    last = columns[-1]
-    return Goals(
-        tuple(label or "measured" for label, _ in runs),
-        tuple(_line(rows) for rows in zip(*columns, strict=True)),
-        sum(row.met for row in last),
-        sum(_open(row) for row in last),
-        _named([metric_named(row.goal.metric) for row in last if not row.met and not _open(row)]),
-    )
+    return Goals(tuple(label or "measured" for label, _ in runs), tuple(zip(*columns, strict=True)))
 
 
-def _line(rows: Sequence[GoalRow]) -> GoalLine:
-    metric = metric_named(rows[0].goal.metric)
-    return GoalLine(
-        metric.title,
-        headed(metric.name),
-        _where(rows[0]),
-        rows[0].variant,
-        _wanted(rows[0], metric.unit),
-        tuple(_cell(row, metric.unit) for row in rows),
-    )
-
-
-def _wanted(row: GoalRow, unit: str) -> str:
-    low, high = row.goal.at_least, row.goal.at_most
+def wanted(row: GoalRow) -> str:
+    """The goal's bounds as text."""
+    low, high, unit = row.goal.at_least, row.goal.at_most, metric_named(row.goal.metric).unit
     if low is not None and high is not None:
         return f"{shown(low, unit)} to {shown(high, unit)}"
     return f"≥ {shown(low, unit)}" if low is not None else f"≤ {shown(high or 0.0, unit)}"
 
 
-def _cell(row: GoalRow, unit: str) -> GoalCell:
-    if _open(row):
-        return GoalCell("–", "soft", "not run" if not row.cases else "–", row.cases)
-    sign, css = ("✓", "better") if row.met else ("✗", "worse")
-    return GoalCell(sign, css, "failed" if math.isinf(row.measured) else shown(row.measured, unit), row.cases)
+def measured(row: GoalRow) -> str:
+    """What a run measured, as text."""
+    if row.open:
+        return "–" if row.cases else "not run"
+    return "failed" if math.isinf(row.measured) else shown(row.measured, metric_named(row.goal.metric).unit)
 
 
-def _open(row: GoalRow) -> bool:
-    """Whether there is nothing to judge by."""
-    return math.isnan(row.measured)
-
-
-def _named(metrics: Sequence[Metric]) -> str:
-    """Each metric once, with a number where it stands for several goals."""
-    counts = Counter(within(metric.title) for metric in metrics)
-    return ", ".join(f"{title} ({count})" if count > 1 else title for title, count in counts.items())
-
-
-def _where(row: GoalRow) -> str:
+def where(row: GoalRow) -> str:
     """Which cases, without the groups that parameters stand in."""
     return ", ".join(f"{path.rpartition('.')[2]} {value}" for path, value in row.goal.where.items()) or "all"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.compare.result import ArmComparison, Row
-from bench.report.forest import by_every_case, shown, shown_unit
-from bench.score.metric import within
+from bench.compare.result import ArmComparison, Row, listed
+from bench.report.forest import shown
+from bench.score.metric import shown_unit, within
 
 _MOST = 8
 """Changes told in words; the table has them all."""
@@ -31,7 +31,7 @@ def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
         (arm, row)
         for arm in arms
         for row in arm.rows
-        if row.gated and (row.verdict in {"worse", "better"} or by_every_case(row))
+        if row.gated and (row.verdict in {"worse", "better"} or row.by_every_case)
     ]
     found.sort(key=lambda item: (_way(item[1]) != "worse", -_margins(item[1])))
     return tuple(_change(row, arm.new if len(arms) > 1 else "") for arm, row in found[:_MOST])
@@ -39,7 +39,7 @@ def changes(arms: Sequence[ArmComparison]) -> tuple[Change, ...]:
 
 def _way(row: Row) -> str:
     """Which way it went: for other scenes, or else in every case here."""
-    return row.every if by_every_case(row) else row.verdict
+    return row.every if row.by_every_case else row.verdict
 
 
 def _margins(row: Row) -> float:
@@ -58,7 +58,7 @@ def _change(row: Row, arm: str) -> Change:
 
 
 def _sure(row: Row) -> str:
-    if by_every_case(row):
+    if row.by_every_case:
         return f"in all {row.pairs} cases"
     low, high = (shown(value, row.unit, sign=True) for value in (row.low, row.high))
     return f"{100 * row.level:.3g} %: {low} to {high}" if row.low < row.high else ""
@@ -120,7 +120,7 @@ def ranking(arms: Sequence[ArmComparison]) -> str:
     told = [f"{name} {count}" for name, count in counts.items() if count]
     none = [name for name, count in counts.items() if not count]
     verb = "is" if len(none) == 1 else "are"
-    words = [f"{_listed(none)} {verb} neither better nor worse"] if none else []
+    words = [f"{listed(none)} {verb} neither better nor worse"] if none else []
     gated = sum(row.gated for row in arms[0].rows)
     return f"Against {arms[0].base}, in {gated} gated metrics: {'; '.join([*told, *words])}."
 
@@ -130,7 +130,3 @@ def _counts(arm: ArmComparison) -> str:
     return " and ".join(
         f"{word} in {verdicts.count(word)}" for word in ("better", "worse") if word in verdicts
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

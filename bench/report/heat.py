@@ -14,6 +14,7 @@ from bench.compare.margins import margin_of
 from bench.report.forest import headed, shown, signed
 from bench.report.sides import Panel
 from bench.run import Record
+from bench.run.records import count_failed
 from bench.score.metrics import metric_named
 from bench.suites.cases import POINT
 from bench.summary.table import summarise
@@ -196,7 +197,7 @@ def _parted(records: Sequence[Record], key: Callable[[Record], Key]) -> dict[Key
 def _cell(
     records: Sequence[Record], value: float, unit: str, css: str, strength: float, *, sign: bool = False
 ) -> HeatCell:
-    failed = sum(record.failure is not None for record in records)
+    failed = count_failed(records)
     text = "failed" if records and failed == len(records) else _text(value, unit, sign=sign)
     return HeatCell(text, "none" if text == "–" else css, strength, failed, len(records))
 

@@ -2,40 +2,37 @@
 
 from __future__ import annotations
 
-import base64
-import zlib
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup
 
 from bench.compare import Comparison, compare_runs, joined
 from bench.compare.margins import FAILURES, gates_of, margin_of
 from bench.compare.result import ArmComparison, by_case
+from bench.compare.text import SIGNS, aside, here, notes
+from bench.detection import Detection
 from bench.plotting import pictures
+from bench.plotting.page import write_page
 from bench.report import summary
-from bench.report.cases import CaseView, view
+from bench.report.cases import view
 from bench.report.cell import cell_part
-from bench.report.figures import PIXEL_COLOURS, Scales, scales
-from bench.report.forest import forest
-from bench.report.goals import goals
+from bench.report.figures import PIXEL_COLOURS, scales
+from bench.report.forest import forest, headed, interval, points, shown
+from bench.report.goals import goals, measured, wanted, where
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
 from bench.report.lists import failures, index
-from bench.report.matrix import matrix
-from bench.report.pod import pod_charts, pod_groups
+from bench.report.pod import pod_chart, pod_charts, pod_groups
 from bench.report.sides import Panel, paired_panels, sides_of
-from bench.report.stages import STAGES, stage_budget
+from bench.report.stages import STAGES, stage_budget, stage_cost
 from bench.report.strips import strips
 from bench.report.worst import Chosen, worst_changed, worst_of
 from bench.run import Run, load_run
+from bench.score.metric import shown_unit
 from bench.score.metrics import metric_named
-from burrscan.documents import printable
 from burrscan.errors import InputError
-from burrscan.files import written_whole
 
 MOST_PICTURED = 6
 """Cases shown with pictures; all of them stand in the table."""
@@ -64,9 +61,7 @@ def build_report(run_dir: Path) -> Path:
 
     """
     run = load_run(run_dir)
-    page = run_dir / "report.html"
-    _write(page, _run_content(run))
-    return page
+    return _write(run_dir / "report.html", _run_content(run))
 
 
 def build_comparison(base: Run, compared: Sequence[tuple[Run, Comparison]], page: Path) -> Path:
@@ -74,39 +69,26 @@ def build_comparison(base: Run, compared: Sequence[tuple[Run, Comparison]], page
 
     Runs without pictures, such as an accepted baseline, have everything but pictures.
     """
-    _write(page, _comparison_content(base, compared))
-    return page
+    return _write(page, _comparison_content(base, compared))
 
 
-def _write(page: Path, content: Mapping[str, Any]) -> None:
-    with written_whole(page) as beside:
-        beside.write_text(_template().render(content), "utf-8")
+def build_detection(found: Sequence[Detection], page: Path, *, title: str = "Detection") -> Path:
+    """Write a page of detection curves, the same size on all of them: in a report there are more of its run.
+
+    Raises
+    ------
+    burrscan.errors.InputError
+        When no burr has a size.
+
+    """
+    chart = pod_chart([(f"v{k % 9}", one.name, one) for k, one in enumerate(found)], title)
+    if chart is None:
+        raise InputError("no burr in these cases: there is nothing to detect")
+    return write_page(page, "detection.html.jinja", {"chart": chart}, package="bench.report")
 
 
-@cache
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [jinja2.PackageLoader("bench.report"), jinja2.PackageLoader("bench.plotting")]
-        ),
-        autoescape=True,
-        finalize=_shown,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["packed"] = _packed
-    return environment.get_template("report.html.jinja")
-
-
-def _shown(value: Any) -> Any:
-    """What a page shows of a value: no control characters, which no HTML may hold."""
-    return printable(value) if type(value) is str else value
-
-
-def _packed(words: str) -> str:
-    """What the page unpacks when it is asked for (``page.js``)."""
-    return base64.b64encode(zlib.compress(words.encode("utf-8", "backslashreplace"), 9)).decode("ascii")
+def _write(page: Path, content: Mapping[str, Any]) -> Path:
+    return write_page(page, "report.html.jinja", content, package="bench.report")
 
 
 def _run_content(run: Run) -> dict[str, Any]:
@@ -190,14 +172,27 @@ def _content(
         ),
         "panels": [_panel(panel, names, anchors) for panel in panels],
         "paired": panels[0].paired,
-        "cases": [_case(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
+        "cases": [view(item, anchors[id(item.panel), item.case], names, limits) for item in chosen],
         "failures": (missing := failures(panels)),
         "failed": sum(len(item["cases"]) for item in missing),
         "missing": [(label, one.missing, len(one.records)) for label, one in runs if one.missing],
         "by_case": by_case,
         "metrics": [metric_named(name) for name in names],
+        "metric_named": metric_named,
+        "headed": headed,
+        "wanted": wanted,
+        "measured": measured,
+        "where": where,
         "stage_names": STAGES,
-        "shown_unit": summary.shown_unit,
+        "stage_cost": stage_cost,
+        "shown": shown,
+        "shown_unit": shown_unit,
+        "points": points,
+        "interval": interval,
+        "here": here,
+        "aside": aside,
+        "notes": notes,
+        "signs": SIGNS,
         "limits": limits,
         "gradient": Markup(pictures.gradient()),  # noqa: S704 (our own constant)
         "pixel_colours": PIXEL_COLOURS,
@@ -213,7 +208,7 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "arms": panel.arms,
         "score": summary.score_rows(parts, names),
         "strips": strips(panel.sides[0], names) if len(panel.sides) == 1 else None,
-        "matrix": matrix(panel, names) if len(panel.sides) > 2 else None,
+        "matrix": summary.matrix(panel, names),
         "pod": pod_charts(panel),
         "pod_groups": pod_groups(panel),
         "heat": heat_views(panel, names),
@@ -221,18 +216,3 @@ def _panel(panel: Panel, names: Sequence[str], anchors: Mapping[tuple[int, str],
         "times": summary.time_rows(parts),
         "index": index(panel, anchors),
     }
-
-
-def _case(item: Chosen, anchor: str, names: Sequence[str], limits: Scales) -> CaseView:
-    return view(
-        item.case,
-        item.panel.sides,
-        pictured=item.sides,
-        stands_out=item.kind[0],
-        anchor=anchor,
-        title=item.panel.title,
-        reason=item.reason,
-        metrics=names,
-        limits=limits,
-        paired=item.panel.paired,
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -88,59 +89,50 @@ def _charts(
         )
         for side in panel.sides
     ]
+    chart = pod_chart(found, title, model=model)
+    if chart and (model != "signal" or any(item.curve for _, _, item in found)):
+        yield chart
+
+
+def pod_chart(
+    found: Sequence[tuple[str, str, Detection]], title: str = "", *, model: Model = "hit/miss"
+) -> PodChart | None:
+    """What some sides (style class, label, detection) detect, of one size; None where no burr has a size."""
     sizes = [s.size for _, _, item in found for s in item.shares if s.size > 0.0]
-    if not sizes or (model == "signal" and not any(item.curve for _, _, item in found)):
-        return
-    curves = [(css, item) for css, _, item in found]
-    rows = tuple(_row(css, label, item) for css, label, item in found)
+    if not sizes:
+        return None
     flat = of_one_size(np.array(sizes))
-    picture = Markup("") if flat else pod_picture(curves, title or _TITLES[model])
-    yield PodChart(
+    curves = [(css, item) for css, _, item in found]
+    return PodChart(
         title or ("Found or missed" if flat else _TITLES[model]),
-        picture,
-        rows,
-        "d'" if size == "dprime" else "mm",
+        Markup("") if flat else pod_picture(curves, title or _TITLES[model]),
+        tuple(_row(css, label, item) for css, label, item in found),
+        "d'" if found[0][2].size_name == "dprime" else "mm",
     )
 
 
-@dataclass(frozen=True)
-class PodGroup:
-    """The hit/miss charts of the values of one thing that burrs differ in, such as their section."""
+def pod_groups(panel: Panel) -> dict[str, list[PodChart]]:
+    """Hit/miss charts by what divides the score table, by the burrs' sections and by detectability.
 
-    title: str
-    charts: tuple[PodChart, ...]
-
-
-def pod_groups(panel: Panel) -> tuple[PodGroup, ...]:
-    """Charts by what divides the score table, and by the burrs' sections; where there are several values."""
-    by_case = {
-        path: {str(record.parameters.get(path)): record.parameters.get(path) for record in panel.records}
-        for path in panel.sides[-1].run.suite.divided_by
-        if path not in _SIZES
-    }
+    Of what has several values; each kind with a title.
+    """
     records = [record for side in panel.sides for record in panel.records_of(side)]
-    found = [
-        PodGroup(
-            f"By {path.rpartition('.')[2].replace('_', ' ')}",
-            tuple(
-                chart
-                for name, value in values.items()
-                for chart in _charts(panel, "hit/miss", title=name, where={path: value})
-            ),
-        )
-        for path, values in by_case.items()
-        if len(values) > 1
-    ]
+    found = {}
+    for path in panel.sides[-1].run.suite.divided_by:
+        values = {str(value): value for value in (record.parameters.get(path) for record in panel.records)}
+        if path not in _SIZES and len(values) > 1:
+            title = f"By {path.rpartition('.')[2].replace('_', ' ')}"
+            found[title] = [_charts(panel, "hit/miss", title=k, where={path: v}) for k, v in values.items()]
     names = sections(records)
     if len(names) > 1:
-        charts = (_charts(panel, "hit/miss", title=name, burrs={"section": name}) for name in names)
-        found.append(PodGroup("By the burr's section", tuple(chart for some in charts for chart in some)))
+        found["By the burr's section"] = [
+            _charts(panel, "hit/miss", title=name, burrs={"section": name}) for name in names
+        ]
     if any("dprime" in burr for record in records for burr in record.burrs):
         title = "Against d', the strength of its signal in the frames shown"
-        found.append(
-            PodGroup("By detectability", tuple(_charts(panel, "hit/miss", title=title, size="dprime")))
-        )
-    return tuple(group for group in found if group.charts)
+        found["By detectability"] = [_charts(panel, "hit/miss", title=title, size="dprime")]
+    groups = {title: list(itertools.chain.from_iterable(charts)) for title, charts in found.items()}
+    return {title: charts for title, charts in groups.items() if charts}
 
 
 def pod_picture(found: Sequence[tuple[str, Detection]], label: str) -> Markup:

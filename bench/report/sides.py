@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bench.compare.result import ArmComparison
-from bench.report.load import Arrays, load
 from bench.run import Record, Run
+from bench.run.records import count_failed
+
+Arrays = Mapping[str, NDArray[Any]]
+"""Pictures and maps of a case (:mod:`bench.run.artefacts`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +45,25 @@ class Side:
 
     def truth(self, case: str) -> Arrays:
         """The true maps of a case; nothing where none were kept."""
-        return load(self.run.artefact(case, "truth.npz"))
+        return self._arrays(case, "truth.npz")
 
     def found(self, case: str) -> Arrays:
         """The pictures and maps of a case; nothing where none were kept."""
-        return load(self.run.artefact(case, f"{self.variant}.npz"))
+        return self._arrays(case, f"{self.variant}.npz")
+
+    def _arrays(self, case: str, name: str) -> Arrays:
+        """None when the file is missing or damaged, for a report shows what there is."""
+        path = self.run.artefact(case, name)
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                return dict(arrays)
+        except Exception:  # noqa: BLE001 (a damaged archive raises a dozen kinds, EOFError and KeyError too)
+            return {}
+
+    @property
+    def failed(self) -> int:
+        """How many of its cases have no result."""
+        return count_failed(self.records.values())
 
 
 @dataclass(frozen=True)

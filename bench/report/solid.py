@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import base64
 import json
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bench.plotting.pictures import lossy, ramp
+from bench.plotting.page import packed as pack
+from bench.plotting.pictures import lossy, painted, ramp, view_from
 from burrscan.arrays import Floats, Levels
 
 _FINEST = 4095  # steps of a coordinate along the longest side: 12 bits
@@ -126,7 +125,7 @@ def packed(solid: Solid, limit_mm: float, low_mm: Floats, size_mm: float) -> dic
     return {
         "v": len(steps),
         "f": len(solid.faces),
-        "data": base64.b64encode(zlib.compress(data, 9)).decode("ascii"),
+        "data": pack(data),
     }
 
 
@@ -145,11 +144,8 @@ def _quantised(values: Floats, limit: float) -> Levels:
 def view_rotation(middle_mm: Floats, camera_mm: Floats) -> Floats:
     """(3, 3) rows right, up, towards the eye: from the camera, a little turned to show depth; z up."""
     eye = camera_mm - middle_mm
-    turn = np.radians(_TURN_DEG) + np.arctan2(eye[1], eye[0])
-    tilt = np.radians(_TILT_DEG)
-    towards = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-    right = np.array([-np.sin(turn), np.cos(turn), 0.0])
-    return np.stack([right, np.cross(towards, right), towards])
+    azimuth_deg = _TURN_DEG + float(np.degrees(np.arctan2(eye[1], eye[0])))
+    return view_from(azimuth_deg=azimuth_deg, elevation_deg=_TILT_DEG)
 
 
 def still(solid: Solid, limit_mm: float, view: Floats, low_mm: Floats, size_mm: float) -> str:
@@ -161,14 +157,10 @@ def still(solid: Solid, limit_mm: float, view: Floats, low_mm: Floats, size_mm: 
     places = np.column_stack(
         [width / 2 + turned[:, 0] / half * height / 2, height / 2 - turned[:, 1] / half * height / 2]
     )
-    colours = shade(solid, limit_mm, turned)
+    colours = np.insert(shade(solid, limit_mm, turned)[:, ::-1], 3, 255.0, axis=1)
     canvas = np.zeros((height, width, 4), np.uint8)
-    order = np.argsort(turned[solid.faces].mean(axis=1)[:, 2])
-    corners = np.round(places[solid.faces] * 16.0).astype(np.int32)
-    for face in order:
-        colour = tuple(float(c) for c in (*colours[face][::-1], 255))
-        cv2.fillConvexPoly(canvas, corners[face], colour, cv2.LINE_8, 4)
-    return lossy(canvas)
+    depth = turned[solid.faces].mean(axis=1)[:, 2]
+    return lossy(painted(canvas, places[solid.faces], depth, colours))
 
 
 def _middle(points: Floats) -> Floats:

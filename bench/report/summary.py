@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bench.report.sides import Panel
 from bench.run import Record, Run
 from bench.score import HEADLINE, metric_named
+from bench.score.metric import shown_unit
 from bench.summary.table import summarise, typical, value_of
 
 _FEWEST = 6
@@ -19,11 +21,15 @@ _COMPARED_SHARE = 1e-9  # two shares nearer than this are the same
 
 @dataclass(frozen=True)
 class Cell:
-    """A number of a table as text, whether it is the best of its row, and the number for a bar."""
+    """A number of a table as text, whether it is the best of its row, and the number for a bar.
+
+    ``verdict``: ``better`` or ``worse`` than the first side, where a comparison says so.
+    """
 
     text: str
     best: bool = False
     value: float = math.nan
+    verdict: str = ""
 
 
 @dataclass(frozen=True)
@@ -54,8 +60,7 @@ def score_rows(parts: Sequence[Sequence[Record]], names: Sequence[str]) -> tuple
         Metrics; one that nobody has is left out.
 
     """
-    rows = (score_row(parts, name) for name in names)
-    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
+    return known_rows(score_row(parts, name) for name in names)
 
 
 def score_row(parts: Sequence[Sequence[Record]], name: str) -> Row:
@@ -68,6 +73,27 @@ def score_row(parts: Sequence[Sequence[Record]], name: str) -> Row:
         values = [math.nan] * len(values)
     cells = _cells(values, texts, best)
     return Row(metric.title, shown_unit(metric.unit), cells, metric.description, typical(name))
+
+
+def matrix(panel: Panel, names: Sequence[str]) -> tuple[Row, ...]:
+    """The score of many sides, with the verdicts against the first one. O(sides × metrics × cases)."""
+    verdicts = {(arm.new, row.metric): row.verdict for arm in panel.arms for row in arm.rows}
+    parts = [list(side.records.values()) for side in panel.sides]
+    rows = []
+    for name in names:
+        row = score_row(parts, name)
+        told = [verdicts.get((side.label, name), "") for side in panel.sides]
+        cells = [
+            replace(cell, verdict=verdict) if verdict in {"better", "worse"} else cell
+            for cell, verdict in zip(row.cells, told, strict=True)
+        ]
+        rows.append(replace(row, cells=tuple(cells)))
+    return known_rows(rows)
+
+
+def known_rows(rows: Iterable[Row]) -> tuple[Row, ...]:
+    """Without those that nobody has a value in."""
+    return tuple(row for row in rows if any(cell.text != "–" for cell in row.cells))
 
 
 def _known(records: Sequence[Record], name: str) -> int:
@@ -241,13 +267,8 @@ def _cells(
     return tuple(Cell(text, best=value == best) for value, text in zip(values, texts, strict=True))
 
 
-def shown_unit(unit: str) -> str:
-    """The unit that a table's heading states: shares are shown in per cent."""
-    return "%" if unit == "1" else unit
-
-
 def number(value: float, unit: str) -> str:
-    """A metric's value as text, in :func:`shown_unit`."""
+    """A metric's value as text, in :func:`bench.score.metric.shown_unit`."""
     if not math.isfinite(value):
         return "failed" if math.isinf(value) else "–"
     if unit == "1":

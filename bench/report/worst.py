@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.compare.result import CaseChange
-from bench.report.forest import shown, shown_unit
+from bench.report.forest import shown
 from bench.report.sides import Panel, Side
 from bench.run import Record
-from bench.score.metric import within
+from bench.score.metric import shown_unit, within
 from bench.score.metrics import METRICS, metric_named
 from bench.summary.table import value_of
 

@@ -19,6 +19,7 @@ from bench.reproduction.parts import (
     Side,
     Table,
     both,
+    middle_half,
     number,
     verdict,
 )
@@ -136,7 +137,7 @@ def draw(n: Numbers) -> Section:
                 "classical patterns cannot scan cylindrical metal",
                 "virtually impossible",
                 *both(lambda v: f"{_share(lost[v])} of the measurable pixels lost"),
-                "yes" if usual > 0.5 else "partly" if usual > 0.05 else "no",
+                verdict([usual > 0.5, usual > 0.05]),
                 ""
                 if usual > 0.5
                 else "the exposure is the best one, and turned metal scatters across its grooves",
@@ -153,8 +154,7 @@ def _gain(plain: Floats, adapted: Floats, column: int) -> str:
 
 
 def _share(of: Floats) -> str:
-    low, middle, high = np.percentile(of, [25, 50, 75])
-    return f"{middle:.0%} ({low:.0%} to {high:.0%})"
+    return middle_half(of, "{:.0%}".format)
 
 
 def _pictures(n: Numbers, variant: Side) -> list[Picture]:

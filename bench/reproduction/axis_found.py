@@ -2,79 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from bench.reproduction.circles import picture, shown
+from bench.reproduction.frames import Method, searches
 from bench.reproduction.lab import PIPELINES, Lab
 from bench.reproduction.parts import SIDES, Claim, Numbers, Section, Table, number, verdict
 from bench.reproduction.scanned import Scanned
-from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats
 from burrscan.axis.profile import find_axis_profile
 from burrscan.axis.rivals.seed import find_axis_seed, find_axis_seed_literal
 from burrscan.axis.rivals.seed_mended import find_axis_seed_mended
-from burrscan.inspection import Axis
 
 RIGHT_DEG, BASIN_DEG = 2.0, 20.0
 """Within the first an axis is right to the eye; beyond the second the descent was in another basin."""
-DRAW = 1_000_003
-"""Between the seeds of frames: neighbours start the same stream of random samples."""
 MANY = 120
 """Frames for the two readings, limited or not: they end in several basins, the median of few says little."""
 MOST = 60
 """Evaluations: a limit that the paper does not name, to see what those beyond it are worth."""
 FRAMES = 40
 """Random frames in which each scan's axis is searched: the paper's own frame is not known."""
-Method = Callable[..., Axis]
-METHODS: dict[str, Method] = {
-    "seed": find_axis_seed,
-    "seed_sixty": partial(find_axis_seed, most_evaluations=MOST),
-    "seed_literal": find_axis_seed_literal,
-    "seed_forward": partial(find_axis_seed, gradient="forward"),
-    "seed_strays": partial(find_axis_seed, least_share=0.0),
-    "seed_circles": partial(find_axis_seed, mean="circles"),
-    "seed_distance": partial(find_axis_seed, outliers="distance"),
-    "seed_anew": partial(find_axis_seed, halving="gradient"),
-    "seed_rounds": partial(find_axis_seed, ransac_rounds=0),
-    "seed_fresh": partial(find_axis_seed, draws="fresh"),
-    "seed_grid": partial(find_axis_seed, sampling="uniform"),
-    "seed_n8": partial(find_axis_seed, n=8),
-    "seed_lm": partial(find_axis_seed, descent="levenberg_marquardt"),
-    "mended": find_axis_seed_mended,
-    "default": find_axis_profile,
-}
-NAMES = {
-    "seed": "seed: the charitable reading",
-    "seed_sixty": f"seed, ended at {MOST} evaluations",
-    "seed_literal": "seed-literal: as printed",
-    "seed_forward": "seed with forward differences",
-    "seed_strays": "seed with the scan's strays",
-    "seed_circles": "seed with the mean of the circles' means",
-    "seed_distance": "seed with outliers' whole distances",
-    "seed_anew": "seed with the step chosen anew at every gradient",
-    "seed_rounds": "seed with adaptive RANSAC rounds, not 5",
-    "seed_fresh": "seed with fresh samples at every orientation",
-    "seed_grid": "seed with the printed grid",
-    "seed_n8": "seed with n = 8, 64 starts",
-    "seed_lm": "seed with Levenberg-Marquardt",
-    "mended": "its idea mended (seed-mended)",
-    "default": "default",
-}
-
-
-def in_random_frames(scan: Scanned, method: Method, count: int) -> tuple[Floats, Floats]:
-    """Errors in degrees and evaluations of a method on one scan, turned into random frames."""
-    centred = scan.vertices_mm - scan.vertices_mm.mean(axis=0)
-    errors, evaluations = [], []
-    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
-        axis = method(np.ascontiguousarray(centred @ turn.T), scan.faces, seed=DRAW * k)
-        errors.append(axis_angle_deg(axis.direction, turn @ scan.direction))
-        evaluations.append(axis.evaluations)
-    return np.array(errors), np.array(evaluations, float)
+SEARCHES: Mapping[str, tuple[str, Method]] = {
+    "seed": ("seed: the charitable reading", find_axis_seed),
+    "seed_sixty": (f"seed, ended at {MOST} evaluations", partial(find_axis_seed, most_evaluations=MOST)),
+    "seed_literal": ("seed-literal: as printed", find_axis_seed_literal),
+    "seed_forward": ("seed with forward differences", partial(find_axis_seed, gradient="forward")),
+    "seed_strays": ("seed with the scan's strays", partial(find_axis_seed, least_share=0.0)),
+    "seed_circles": ("seed with the mean of the circles' means", partial(find_axis_seed, mean="circles")),
+    "seed_distance": ("seed with outliers' whole distances", partial(find_axis_seed, outliers="distance")),
+    "seed_anew": (
+        "seed with the step chosen anew at every gradient", partial(find_axis_seed, halving="gradient"),
+    ),
+    "seed_rounds": ("seed with adaptive RANSAC rounds, not 5", partial(find_axis_seed, ransac_rounds=0)),
+    "seed_fresh": ("seed with fresh samples at every orientation", partial(find_axis_seed, draws="fresh")),
+    "seed_grid": ("seed with the printed grid", partial(find_axis_seed, sampling="uniform")),
+    "seed_n8": ("seed with n = 8, 64 starts", partial(find_axis_seed, n=8)),
+    "seed_lm": ("seed with Levenberg-Marquardt", partial(find_axis_seed, descent="levenberg_marquardt")),
+    "mended": ("its idea mended (seed-mended)", find_axis_seed_mended),
+    "default": ("default", find_axis_profile),
+}  # fmt: skip
+"""What the table calls a search, and the search."""
+METHODS: Mapping[str, Method] = {key: method for key, (_, method) in SEARCHES.items()}
 
 
 def measure(lab: Lab) -> Numbers:
@@ -84,38 +55,31 @@ def measure(lab: Lab) -> Numbers:
         for key, method in METHODS.items():
             few = FRAMES if key.startswith("seed") else FRAMES // 2
             count = lab.repeats(MANY if key in {"seed", "seed_sixty", "seed_literal"} else few)
-            errors, evaluations = in_random_frames(scan, method, count)
-            found |= {f"{name}_{key}_errors": errors, f"{name}_{key}_evaluations": evaluations}
-        own = PIPELINES[name].axis.method
-        axis = _median_axis(scan, METHODS[own if own == "seed" else "default"], lab.repeats(FRAMES))
-        found |= shown(name, scan, axis)
+            some = list(searches(method, scan.mesh, count, stream=1))
+            found[f"{name}_{key}_errors"] = np.array([one.error_deg(scan.direction) for one in some])
+            found[f"{name}_{key}_evaluations"] = np.array(
+                [one.axis.evaluations if one.axis else np.nan for one in some], float
+            )
+        found |= shown(name, scan, _median_axis(scan, METHODS[name], lab.repeats(FRAMES)))
     return found
 
 
 def found_in_frames(scan: Scanned, method: Method, count: int) -> list[Floats]:
     """Directions (3,) found in random frames, turned back into the scan's."""
-    centre = scan.vertices_mm.mean(axis=0)
-    found = []
-    for k, turn in enumerate(Rotation.random(count, random_state=1).as_matrix()):
-        turned = np.ascontiguousarray((scan.vertices_mm - centre) @ turn.T)
-        direction = method(turned, scan.faces, seed=DRAW * k).direction
-        found.append(np.asarray(turn.T @ direction))
-    return found
+    return [one.direction for one in searches(method, scan.mesh, count, stream=1)]
 
 
 def _median_axis(scan: Scanned, method: Method, count: int) -> Floats:
     """The direction of the run whose error is the median."""
-    found = found_in_frames(scan, method, count)
-    errors = [scan.error_deg(direction) for direction in found]
-    return found[int(np.argsort(errors)[len(errors) // 2])]
+    found = sorted(found_in_frames(scan, method, count), key=scan.error_deg)
+    return found[len(found) // 2]
 
 
 def draw(n: Numbers) -> Section:
     """Mesh, intersection points, circles and centres about the axis of each variant."""
-    own = {"seed": "seed", "default": "default"}
-    errors = {v: n[f"{v}_{own[v]}_errors"] for v in PIPELINES}
+    errors = {v: n[f"{v}_{v}_errors"] for v in PIPELINES}
     literal, forward = (n[f"seed_seed_{key}_errors"] for key in ("literal", "forward"))
-    evaluations = [float(np.median(n[f"{v}_{own[v]}_evaluations"])) for v in PIPELINES]
+    evaluations = [float(np.median(n[f"{v}_{v}_evaluations"])) for v in PIPELINES]
     printed = float(np.median(n["seed_seed_literal_evaluations"]))
     lm = [float(np.median(n[f"{v}_seed_lm_evaluations"])) for v in PIPELINES]
     far = float(np.mean(errors["seed"] > BASIN_DEG))
@@ -181,7 +145,7 @@ def _far(n: Numbers, key: str) -> float:
 def _table(n: Numbers) -> Table:
     rows = []
     for scan in PIPELINES:
-        for key, title in NAMES.items():
+        for key, (title, _) in SEARCHES.items():
             errors, evaluations = n[f"{scan}_{key}_errors"], n[f"{scan}_{key}_evaluations"]
             rows.append((
                 f"{scan} scan, {title}", f"{np.median(errors):.3g}°", f"{np.percentile(errors, 90):.3g}°",

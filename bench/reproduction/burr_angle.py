@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
-from bench.reproduction.axis_found import DRAW, METHODS, found_in_frames
-from bench.reproduction.drawing import Layer, bulk, dots, equal_axes, ring, spot
+from bench.plotting.pictures import view_from
+from bench.reproduction.axis_found import METHODS, found_in_frames
+from bench.reproduction.drawing import GREEN, INK, Layer, bulk, dots, equal_axes, ring, spot
+from bench.reproduction.frames import DRAW
 from bench.reproduction.lab import PIPELINES, Lab
 from bench.reproduction.orientation import angles_of, sectioned
 from bench.reproduction.parts import (
@@ -19,13 +22,12 @@ from bench.reproduction.parts import (
     Section,
     Side,
     Table,
-    Verdict,
     both,
     number,
+    verdict,
 )
-from bench.reproduction.planes import GREEN, INK
 from bench.reproduction.scanned import Scanned
-from bench.reproduction.shade import view_from
+from bench.score.matching import turn_deg
 from burrscan.arrays import Floats
 from burrscan.burrs.rivals.seed import agreeing as agreeing_of
 from burrscan.pipeline import inspect_surface
@@ -41,13 +43,23 @@ _SHOWN = 12_000
 _OWN, _TRUE = "own", "true"
 
 
-def turn_apart(first: Floats, second: float) -> Floats:
-    """Angles between directions in degrees, the short way round."""
-    return np.asarray(np.abs((first - second + 180.0) % 360.0 - 180.0))
-
-
-def farthest(scan: Scanned, direction: Floats, *, seed: int = 0) -> tuple[Floats, Floats, Floats]:
+@dataclass(frozen=True)
+class Farthest:
     """Per circle the point left the farthest and the centre, (C, 3) in the true part frame; and the gap."""
+
+    points: Floats
+    centres: Floats
+    gaps: Floats
+
+    @property
+    def angles(self) -> Floats:
+        """(C,) of the rays from centre to point, degrees."""
+        x, y, _ = (self.points - self.centres).T
+        return np.asarray(np.degrees(np.arctan2(y, x)))
+
+
+def farthest(scan: Scanned, direction: Floats, *, seed: int = 0) -> Farthest:
+    """What each circle of the sections across a direction leaves the farthest."""
     test = sectioned(scan.vertices_mm, scan.faces, angles_of(direction), seed=seed)
     T = scan.arrays["T_part_camera"]
     to_part = T[:3, :3] @ test.turn.T
@@ -62,11 +74,8 @@ def farthest(scan: Scanned, direction: Floats, *, seed: int = 0) -> tuple[Floats
         points.append(bag[far])
         centres.append(circle[:3])
         gaps.append(distance[far])
-    return (
-        np.array(points) @ to_part.T + T[:3, 3],
-        np.array(centres) @ to_part.T + T[:3, 3],
-        np.array(gaps),
-    )
+    at, middles = (np.array(places) @ to_part.T + T[:3, 3] for places in (points, centres))
+    return Farthest(at, middles, np.array(gaps))
 
 
 def mean_angle(angles_deg: Floats) -> float:
@@ -74,9 +83,9 @@ def mean_angle(angles_deg: Floats) -> float:
     return float(np.degrees(np.angle(np.exp(1j * np.radians(angles_deg)).sum())))
 
 
-def agreeing(angles_deg: Floats, *, within_deg: float = WITHIN_DEG) -> Floats:
+def agreeing(angles_deg: Floats) -> Floats:
     """The largest company of angles within t of one of them (RANSAC with every circle tried)."""
-    companies = [turn_apart(angles_deg, float(angle)) < within_deg for angle in angles_deg]
+    companies = [np.abs(turn_deg(angles_deg, float(angle))) < WITHIN_DEG for angle in angles_deg]
     return np.asarray(max(companies, key=lambda company: int(company.sum())))
 
 
@@ -84,11 +93,10 @@ def over_frames(scan: Scanned, directions: Sequence[Floats]) -> Floats:
     """(F, 2) per axis found: share of the rays at the burr, error of the angle N = 4 samples agree on."""
     rows = []
     for k, direction in enumerate(directions):
-        points, centres, _ = farthest(scan, direction, seed=DRAW * k)
-        angles = np.degrees(np.arctan2(points[:, 1] - centres[:, 1], points[:, 0] - centres[:, 0]))
+        angles = farthest(scan, direction, seed=DRAW * k).angles
         agree = agreeing_of(np.radians(angles), np.radians(WITHIN_DEG), 4, np.random.default_rng(k))
-        share = np.mean(turn_apart(angles, TRUE_DEG) < WITHIN_DEG)
-        rows.append([share, turn_apart(np.array([mean_angle(angles[agree])]), TRUE_DEG)[0]])
+        share = np.mean(np.abs(turn_deg(angles, TRUE_DEG)) < WITHIN_DEG)
+        rows.append([share, abs(turn_deg(mean_angle(angles[agree]), TRUE_DEG))])
     return np.array(rows)
 
 
@@ -98,13 +106,12 @@ def measure(lab: Lab) -> Numbers:
     for name, scan in lab.pair("wheel").items():
         seen = inspect_surface(scan.vertices_mm, scan.faces, PIPELINES[name], sigma_mm=scan.sigma_mm)
         for axis, direction in ((_OWN, seen.axis.direction), (_TRUE, scan.direction)):
-            points, centres, gaps = farthest(scan, direction)
-            angles = np.degrees(np.arctan2(points[:, 1] - centres[:, 1], points[:, 0] - centres[:, 0]))
+            far = farthest(scan, direction)
             key = f"{name}_{axis}"
-            found |= {f"{key}_points": points, f"{key}_centres": centres, f"{key}_gaps": gaps,
-                      f"{key}_angles": angles, f"{key}_agree": agreeing(angles)}  # fmt: skip
-        own = METHODS["seed" if PIPELINES[name].axis.method == "seed" else "default"]
-        found[f"{name}_frames"] = over_frames(scan, found_in_frames(scan, own, lab.repeats(FRAMES)))
+            found |= {f"{key}_points": far.points, f"{key}_centres": far.centres, f"{key}_gaps": far.gaps,
+                      f"{key}_angles": far.angles, f"{key}_agree": agreeing(far.angles)}  # fmt: skip
+        directions = found_in_frames(scan, METHODS[name], lab.repeats(FRAMES))
+        found[f"{name}_frames"] = over_frames(scan, directions)
         T = scan.arrays["T_part_camera"]
         places = np.array([(T @ burr.T_mesh_burr)[:3, 3] for burr in seen.burrs if burr.significance > 3.0])
         found |= {
@@ -118,6 +125,8 @@ def measure(lab: Lab) -> Numbers:
 
 def draw(n: Numbers) -> Section:
     """Rays seen along the axis and obliquely, the burr plane, for the own and the true axis."""
+    share = float(np.median(n["seed_frames"][:, 0]))
+    right = float(np.mean(n["seed_frames"][:, 1] < WITHIN_DEG))
     return Section(
         title="Figures 7 and 8: rays to the largest distances, and the burr",
         reports="On each circle the point farthest from it is taken; the rays to these points all indicate "
@@ -126,11 +135,11 @@ def draw(n: Numbers) -> Section:
         measured=_words(n),
         claims=(
             Claim("4, figure 7", "the rays all indicate the burr", "all",
-                  *both(lambda v: _shares(n, v)), _verdict_rays(n),
+                  *both(lambda v: _shares(n, v)), verdict([share > 0.95, share >= 0.5]),
                   "the scan holds the burr in part only, and an axis some degrees off leaves larger "
                   f"distances elsewhere; about the true axis {_right(n, f'seed_{_TRUE}')} do"),
             Claim("4, figure 8", "the mean of the agreeing angles is the burr's", "right to the eye",
-                  *both(lambda v: _angles(n, v)), _verdict_angle(n),
+                  *both(lambda v: _angles(n, v)), verdict([right > 0.9, right >= 0.5]),
                   f"about the true axis it is off by {_error(n, f'seed_{_TRUE}'):.2f}° (seed)"),
         ),
         pictures=tuple(p for v in SIDES for p in _pictures(n, v)),
@@ -145,16 +154,6 @@ def _angles(n: Numbers, variant: Side) -> str:
         f"off by {middle:.2f}° (median of {len(errors)} frames; middle half {low:.2g}° to {high:.2g}°), "
         f"{np.mean(errors < WITHIN_DEG):.0%} within {WITHIN_DEG:g}°"
     )
-
-
-def _verdict_rays(n: Numbers) -> Verdict:
-    share = float(np.median(n["seed_frames"][:, 0]))
-    return "yes" if share > 0.95 else "partly" if share >= 0.5 else "no"
-
-
-def _verdict_angle(n: Numbers) -> Verdict:
-    right = float(np.mean(n["seed_frames"][:, 1] < WITHIN_DEG))
-    return "yes" if right > 0.9 else "partly" if right >= 0.5 else "no"
 
 
 def _words(n: Numbers) -> str:
@@ -173,7 +172,7 @@ def _words(n: Numbers) -> str:
 
 def _right(n: Numbers, key: str) -> str:
     angles = n[f"{key}_angles"]
-    return f"{int((turn_apart(angles, TRUE_DEG) < WITHIN_DEG).sum())} of {len(angles)}"
+    return f"{int((np.abs(turn_deg(angles, TRUE_DEG)) < WITHIN_DEG).sum())} of {len(angles)}"
 
 
 def _shares(n: Numbers, variant: str) -> str:
@@ -184,7 +183,7 @@ def _shares(n: Numbers, variant: str) -> str:
 
 def _error(n: Numbers, key: str) -> float:
     agree = n[f"{key}_agree"].astype(bool)
-    return float(turn_apart(np.array([mean_angle(n[f"{key}_angles"][agree])]), TRUE_DEG)[0])
+    return abs(turn_deg(mean_angle(n[f"{key}_angles"][agree]), TRUE_DEG))
 
 
 def _pictures(n: Numbers, variant: Side) -> list[Picture]:

@@ -6,7 +6,8 @@ import time
 
 import numpy as np
 
-from bench.reproduction.axis_found import BASIN_DEG, DRAW, METHODS, RIGHT_DEG, found_in_frames
+from bench.reproduction.axis_found import BASIN_DEG, METHODS, RIGHT_DEG, found_in_frames
+from bench.reproduction.frames import DRAW
 from bench.reproduction.lab import Lab
 from bench.reproduction.landscapes import MEASURES
 from bench.reproduction.noise import PAPER_MM, along_rays

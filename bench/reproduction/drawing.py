@@ -13,6 +13,10 @@ from bench.plotting.axes import ENDS, SIDES, WIDTH, Axes, log_marks, padded
 from bench.plotting.pictures import picture
 from burrscan.arrays import Bools, Floats, Levels
 
+INK, GREEN = "#5f6b7a", "#0a8f4d"
+"""Of a mesh, and of its sections."""
+SHOWN = 15_000
+"""Points of a mesh drawn: a picture's worth."""
 RASTER = 640
 """Width in pixels of points drawn as a picture."""
 _LEVELS = 40
@@ -30,11 +34,11 @@ class Layer:
     size: int = 1
 
 
-def equal_axes(points: Floats, x_title: str, y_title: str, *, margin: float = 0.04) -> Axes:
+def equal_axes(points: Floats, x_title: str, y_title: str) -> Axes:
     """Axes around points (N, 2) with one scale for both directions."""
     known = points[np.isfinite(points).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
-    room = margin * float((high - low).max())
+    room = 0.04 * float((high - low).max())
     low, high = low - room, high + room
     inner = (WIDTH - SIDES) * float((high[1] - low[1]) / (high[0] - low[0]))
     height = min(max(inner, 90.0), 420.0)
@@ -83,16 +87,13 @@ def heat(axes: Axes, values: Floats, limits: tuple[float, float]) -> Markup:
 
 
 def _heat_colours() -> Mapping[int, str]:
-    at = np.linspace(0.0, 1.0, len(_HEAT))
-    anchors = np.array(_HEAT, float)
-    wanted = np.linspace(0.0, 1.0, _LEVELS)
-    rgb = np.stack([np.interp(wanted, at, anchors[:, k]) for k in range(3)], axis=1).round().astype(int)
-    return {number: "#{:02x}{:02x}{:02x}".format(*colour) for number, colour in enumerate(rgb, 1)}
+    colours = pictures.ramp(_HEAT, _LEVELS)
+    return {number: "#{:02x}{:02x}{:02x}".format(*colour) for number, colour in enumerate(colours, 1)}
 
 
 def heat_gradient() -> str:
     """The colours of :func:`heat` as a CSS gradient."""
-    return f"linear-gradient(to right, {', '.join('rgb({} {} {})'.format(*c) for c in _HEAT)})"
+    return pictures.gradient(_HEAT)
 
 
 def chart(
@@ -134,7 +135,7 @@ def grey(image: Levels, label: str) -> Markup:
     return picture(pictures.photo(image), label)
 
 
-def ring(centre: Floats, radius: float, *, around: int = 120) -> Floats:
+def ring(centre: Floats, radius: float) -> Floats:
     """(N, 2) a circle's points."""
-    t = np.linspace(0.0, 2.0 * np.pi, around)
+    t = np.linspace(0.0, 2.0 * np.pi, 120)
     return np.asarray(centre + radius * np.column_stack([np.cos(t), np.sin(t)]))

@@ -6,16 +6,15 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from bench.plotting.axes import Axes
-from bench.reproduction.axis_found import DRAW, METHODS, Method
-from bench.reproduction.drawing import Layer, bulk, dots, equal_axes
+from bench.reproduction.axis_found import METHODS
+from bench.reproduction.drawing import GREEN, INK, SHOWN, Layer, bulk, dots, equal_axes
+from bench.reproduction.frames import Mesh, Method, searches
 from bench.reproduction.lab import PIPELINES, Lab
 from bench.reproduction.noise import PAPER_MM, along_rays
 from bench.reproduction.orientation import angles_of, sectioned
 from bench.reproduction.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
-from bench.reproduction.planes import GREEN, INK
 from bench.reproduction.scanned import Scanned, in_frame
 from burrscan.arrays import Floats
 from burrscan.axis import find_axis
@@ -28,14 +27,12 @@ FRAMES = 20
 """Random frames, each with a draw of the noise of its own."""
 _ABOUT_3_MM = 3.5
 """Half of the thickest band that the paper gives."""
-_SHOWN = 15_000
-"""Points drawn: a picture's worth."""
 
 
-def thickness_mm(z_mm: Floats, r_mm: Floats, *, steps: int = STEPS, share: float = 0.01) -> Floats:
+def thickness_mm(z_mm: Floats, r_mm: Floats, *, share: float = 0.01) -> Floats:
     """Span of the distances to the axis in each step along it, less ``share`` of strays at both ends."""
     first, last = np.quantile(z_mm, [share, 1.0 - share])
-    edges = np.linspace(first, last, steps + 1)
+    edges = np.linspace(first, last, STEPS + 1)
     spans = []
     for low, high in pairwise(edges):
         inside = r_mm[(z_mm >= low) & (z_mm < high)]
@@ -55,8 +52,7 @@ def measure(lab: Lab) -> Numbers:
         noisy = along_rays(scan.vertices_mm, PAPER_MM)
         again = find_axis(noisy, scan.faces, method=method)
         found[f"{name}_noisy_band"] = _band(noisy, again)
-        own = METHODS["seed" if method == "seed" else "default"]
-        found[f"{name}_frames"] = noisy_bands(scan, own, lab.repeats(FRAMES))
+        found[f"{name}_frames"] = noisy_bands(scan, METHODS[name], lab.repeats(FRAMES))
         found[f"{name}_noisy_true_band"] = _band(noisy, true)
         found[f"{name}_noisy_true_all_band"] = _band(noisy, true, share=0.0)
     return found
@@ -64,12 +60,12 @@ def measure(lab: Lab) -> Numbers:
 
 def noisy_bands(scan: Scanned, method: Method, count: int) -> Floats:
     """Median thickness about the axis found, mm, for draws of the paper's noise in frames of their own."""
-    bands = []
-    for k, turn in enumerate(Rotation.random(count, random_state=4).as_matrix()):
-        noisy = along_rays(scan.vertices_mm, PAPER_MM, seed=k)
-        turned = np.ascontiguousarray((noisy - noisy.mean(axis=0)) @ turn.T)
-        bands.append(np.nanmedian(_band(turned, method(turned, scan.faces, seed=DRAW * k))))
-    return np.array(bands)
+
+    def noisy(k: int) -> Mesh:
+        return along_rays(scan.vertices_mm, PAPER_MM, seed=k), scan.faces
+
+    found = searches(method, noisy, count, stream=4)
+    return np.array([np.nanmedian(_band(one.turned_mm, one.axis)) if one.axis else np.nan for one in found])
 
 
 def _band(vertices: Floats, axis: Axis, *, share: float = 0.01) -> Floats:
@@ -85,7 +81,7 @@ def _about(name: str, scan: Scanned, axis: Axis) -> dict[str, Floats]:
     test = sectioned(scan.vertices_mm, scan.faces, angles_of(axis.direction))
     sign = np.sign(float((test.turn @ axis.direction)[2]))
     along = sign * (test.good[:, 2] - float((test.turn @ origin_mm(axis.point_mm, axis.direction))[2]))
-    every = slice(None, None, max(len(part) // _SHOWN, 1))
+    every = slice(None, None, max(len(part) // SHOWN, 1))
     return {
         f"{name}_zr": np.column_stack([part[:, 2], radius])[every].astype(np.float32),
         f"{name}_angle": angle[every].astype(np.float32),

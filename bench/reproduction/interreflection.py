@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import MOST, SIDES, Claim, Numbers, Section, Table, both
+from bench.reproduction.parts import MOST, SIDES, Claim, Numbers, Section, Table, both, verdict
 from bench.reproduction.photometry import figures
 from burrscan.arrays import Floats
 
@@ -51,7 +51,7 @@ def draw(n: Numbers) -> Section:
         claims=(
             Claim("2", "interreflection makes artefacts in codes with sines", "washed out in an area",
                   *both(lambda v: _both(medians[v])),
-                  "yes" if all(worse) else "partly" if any(worse) else "no",
+                  verdict(worse),
                   f"wrong pixels or RMS {WORSE:g} times as many with it as without counts, in {MOST:.0%} "
                   "of the views"),
         ),

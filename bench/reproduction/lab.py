@@ -11,12 +11,11 @@ from typing import Any, cast
 
 import numpy as np
 
-import burrscan
-import scenes
 from bench.reproduction.parts import Numbers
 from bench.reproduction.scanned import Scanned, scanned
 from bench.reproduction.scenery import paper_scene
-from bench.reproduction.sources import source_of, sources
+from bench.reproduction.sources import source_of
+from bench.run.provenance import code_digest
 from burrscan.files import written_whole
 from burrscan.pipeline import Pipeline, Stage
 from scenes.scene import content_hash
@@ -49,7 +48,7 @@ class Lab:
 
     work: Path
     quick: bool = False
-    code: str = field(default_factory=lambda: sources(Path(burrscan.__file__), Path(scenes.__file__)))
+    code: str = field(default_factory=lambda: code_digest("burrscan", "scenes"))
 
     @property
     def scale(self) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from bench.reproduction.cost import simplified
 from bench.reproduction.lab import Lab
 from bench.reproduction.noise import PAPER_MM, along_rays
 from bench.reproduction.orientation import PLANES, TOLERANCE_MM, angles_of
-from bench.reproduction.parts import Claim, Numbers, Section, Table
+from bench.reproduction.parts import Claim, Numbers, Section, Table, middle_half, verdict
 from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis.rivals.seed import nearest_to_others, quality_of
@@ -109,7 +111,7 @@ def draw(n: Numbers) -> Section:
                 f"location {costs[0]:+.2g} mm farther off than with intersections (median); with "
                 f"{KEPT[-1]:.0%} of the triangles {costs[1]:+.2g} mm",
                 "–",
-                "yes" if costs[0] < 0.1 * PAPER_MM else "partly" if costs[0] < PAPER_MM else "no",
+                verdict([costs[0] < 0.1 * PAPER_MM, costs[0] < PAPER_MM]),
                 f"a tenth of the paper's noise of {PAPER_MM:g} mm is allowed",
             ),
         ),
@@ -117,6 +119,4 @@ def draw(n: Numbers) -> Section:
     )
 
 
-def _words(values: Floats) -> str:
-    low, middle, high = np.percentile(values, [25, 50, 75])
-    return f"{middle:.2g} ({low:.2g} to {high:.2g})"
+_words = partial(middle_half, say="{:.2g}".format)

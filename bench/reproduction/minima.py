@@ -14,6 +14,8 @@ BASIN_DEG = 12.0
 """A local minimum is lower than everything within this angle."""
 DEEPENED = 10
 """The best minima of the grid are followed to their bottoms."""
+LEAST_DEG = 0.1
+"""Step at which the bottom of a basin is reached."""
 MERGED_DEG = 4.0
 """Bottoms nearer than this are of one basin, which was followed from two places of the grid."""
 Objective = Callable[[Floats], float]
@@ -35,10 +37,10 @@ def grid_of(steps: int) -> Floats:
     return np.stack(np.meshgrid(angle, angle, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def minima_of(values: Floats, grid: Floats, *, basin_deg: float = BASIN_DEG) -> Minima:
+def minima_of(values: Floats, grid: Floats) -> Minima:
     """Orientations lower than all others within an angle; opposite senses are one, as are the poles."""
     directions = np.array([direction_of(angles) for angles in grid])
-    near = np.abs(directions @ directions.T) >= np.cos(np.radians(basin_deg))
+    near = np.abs(directions @ directions.T) >= np.cos(np.radians(BASIN_DEG))
     finite = np.where(np.isfinite(values), values, np.inf)
     lowest: Bools = np.array([finite[k] <= finite[near[k]].min() for k in range(len(grid))])
     lowest &= np.isfinite(finite)
@@ -49,11 +51,11 @@ def minima_of(values: Floats, grid: Floats, *, basin_deg: float = BASIN_DEG) -> 
     return Minima(np.array(kept, np.int64), finite[kept])
 
 
-def settled(objective: Objective, angles: Floats, *, step_deg: float, least_deg: float = 0.1) -> Floats:
+def settled(objective: Objective, angles: Floats, *, step_deg: float) -> Floats:
     """The bottom of a basin: the best of eight neighbours, the step halved where none is better."""
     best, value = angles, objective(angles)
     step = np.radians(step_deg)
-    while step > np.radians(least_deg):
+    while step > np.radians(LEAST_DEG):
         trials = [best + step * side for side in _SIDES]
         reached = [objective(trial) for trial in trials]
         k = int(np.argmin(reached))

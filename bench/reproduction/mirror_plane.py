@@ -17,6 +17,7 @@ from bench.reproduction.parts import (
     Side,
     Table,
     both,
+    middle_half,
     number,
     verdict,
 )
@@ -87,7 +88,7 @@ def draw(n: Numbers) -> Section:
                 f"RMS {_spread(ratio, '.1f')} times as large as beside, {_spread(cycles, '.1f')} cycles per "
                 "period",
                 "refuses clipped sines",
-                "yes" if periodic.mean() > _MOST else "partly" if periodic.any() else "no",
+                verdict([periodic.mean() > _MOST, bool(periodic.any())]),
                 f"over {_STRONG:g} times, at the eighth harmonic, on {periodic.mean():.0%} of the planes; "
                 f"{_MOST:.0%} of them are asked for",
             ),
@@ -174,5 +175,4 @@ def _mm(value: float) -> str:
 
 
 def _spread(values: Floats, form: str) -> str:
-    low, middle, high = np.nanpercentile(values, [25, 50, 75])
-    return f"{middle:{form}} ({low:{form}} to {high:{form}})"
+    return middle_half(values, f"{{:{form}}}".format)

@@ -70,14 +70,13 @@ def sectioned(
     faces: Ints32,
     angles: Floats,
     *,
-    planes: int = PLANES,
     tolerance_mm: float = TOLERANCE_MM,
     rounds: int = 5,
     seed: int = 0,
 ) -> Sectioned:
     """Test one orientation as section 3.2 does."""
     turn = turned_to_z(float(angles[0]), float(angles[1]))
-    points, plane = sections(vertices_mm, faces, turn, planes=planes)
+    points, plane = sections(vertices_mm, faces, turn, planes=PLANES)
     state: Ints = np.array([1 + seed], dtype=np.int64)
-    circles = fit_circles(points, plane, planes, tolerance_mm, rounds, False, False, state)
+    circles = fit_circles(points, plane, PLANES, tolerance_mm, rounds, False, False, state)
     return Sectioned(turn, points, plane, circles)

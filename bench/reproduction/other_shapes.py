@@ -7,20 +7,18 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from bench.reproduction.axis_found import DRAW, RIGHT_DEG
+from bench.reproduction.axis_found import RIGHT_DEG
+from bench.reproduction.frames import Mesh, searches
 from bench.reproduction.lab import PIPELINES, Lab
 from bench.reproduction.noise import PAPER_MM, along_rays
 from bench.reproduction.orientation import angles_of, sectioned
 from bench.reproduction.outliers import BORNE_DEG
-from bench.reproduction.parts import Claim, Numbers, Section, Table, verdict
+from bench.reproduction.parts import Claim, Numbers, Section, Table, middle_half, verdict
 from bench.reproduction.scanned import Scanned
-from bench.synthetic.revolution import axis_angle_deg
 from bench.synthetic.spec import MeshSpec, scanned
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.rivals.seed import find_axis_seed
-from burrscan.errors import InputError
 from burrscan.pose import placed
 
 SHAPES = ("stepped_wheel", "flanged_hub", "cone", "cylinder")
@@ -43,7 +41,7 @@ _SHOWN = BESIDE_DEG.index(10.0)
 _AZIMUTHS = 8
 """Directions into which it is tilted."""
 WHEELS = ("seed", "default")
-Draw = Callable[[int], tuple[Floats, Ints32]]
+Draw = Callable[[int], Mesh]
 
 
 @dataclass(frozen=True)
@@ -83,12 +81,12 @@ def conditions(lab: Lab) -> Iterator[Condition]:
                 yield Condition(shape.replace("_", " "), f"{arc:g}°", noise, true, FRAMES, drawn)
 
 
-def _noisy(scan: Scanned, noise_mm: float, k: int) -> tuple[Floats, Ints32]:
+def _noisy(scan: Scanned, noise_mm: float, k: int) -> Mesh:
     """The ``k``-th draw of noise on a scan."""
     return along_rays(scan.vertices_mm, noise_mm, seed=k), scan.faces
 
 
-def _turned_back(spec: MeshSpec, k: int) -> tuple[Floats, Ints32]:
+def _turned_back(spec: MeshSpec, k: int) -> Mesh:
     """The ``k``-th draw, in the pose of the first."""
     first, own = scanned(spec, identity=(0,)), scanned(spec, identity=(k,))
     motion = first.T_mesh_part @ np.linalg.inv(own.T_mesh_part)
@@ -103,8 +101,9 @@ def measure(lab: Lab) -> Numbers:
     )
     for row, one in zip(errors, conditions(lab), strict=True):
         told.append(one.words)
-        turns = np.asarray(Rotation.random(lab.repeats(one.frames), random_state=5).as_matrix())
-        row[: len(turns)] = [_error_deg(one, k, turn) for k, turn in enumerate(turns)]
+        method, count = partial(find_axis_seed, ransac_rounds=one.rounds), lab.repeats(one.frames)
+        found = searches(method, one.drawn, count, stream=5)
+        row[:count] = [search.error_deg(one.direction) for search in found]
         value, beside = _beside(*one.drawn(0), one.direction)
         at.append(value)
         ratios.append(beside)
@@ -114,18 +113,6 @@ def measure(lab: Lab) -> Numbers:
         "at_truth": np.array(at),
         "ratios": np.array(ratios),
     }
-
-
-def _error_deg(one: Condition, k: int, turn: Floats) -> float:
-    vertices, faces = one.drawn(k)
-    centred = vertices - vertices.mean(axis=0)
-    try:
-        axis = find_axis_seed(
-            np.ascontiguousarray(centred @ turn.T), faces, seed=DRAW * k, ransac_rounds=one.rounds
-        )
-    except InputError:
-        return 90.0
-    return axis_angle_deg(axis.direction, turn @ one.direction)
 
 
 def _beside(vertices: Floats, faces: Ints32, direction: Floats) -> tuple[float, list[float]]:
@@ -220,6 +207,4 @@ def _each(errors: Mapping[str, Floats]) -> str:
     return "; ".join(f"{name} scan {_words(each)}" for name, each in errors.items())
 
 
-def _words(errors: Floats) -> str:
-    low, middle, high = np.nanpercentile(errors, [25, 50, 75])
-    return f"{middle:.2g}° ({low:.2g}° to {high:.2g}°)"
+_words = partial(middle_half, say="{:.2g}°".format)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from bench.reproduction.axis_found import DRAW, Method
+from bench.reproduction.axis_found import METHODS
+from bench.reproduction.frames import Mesh, Method, searches
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import Claim, Numbers, Section, Table
+from bench.reproduction.parts import Claim, Numbers, Section, Table, middle_half, verdict
 from bench.reproduction.scanned import Scanned
-from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats
-from burrscan.axis.profile import find_axis_profile
-from burrscan.axis.rivals.seed import find_axis_seed, find_axis_seed_literal
 
 SHARES = (0.0, 0.01, 0.03, 0.1)
 """Of the vertices; a triangle has three, so nearly three times as many intersection points are wrong."""
@@ -24,12 +21,13 @@ FRAMES = 20
 """Random frames of each condition: the least from which the page tells a spread."""
 BORNE_DEG = 5.0
 """Within it the descent still ended in the right basin."""
-METHODS: dict[str, Method] = {
-    "seed": find_axis_seed,
-    "seed, whole distances": partial(find_axis_seed, outliers="distance"),
-    "seed-literal": find_axis_seed_literal,
-    "default": find_axis_profile,
+SEARCHES = {
+    "seed": "seed",
+    "seed_distance": "seed, whole distances",
+    "seed_literal": "seed-literal",
+    "default": "default",
 }
+"""Of figure 6, and what the table calls them."""
 
 
 def with_outliers(vertices_mm: Floats, share: float, reach_mm: float, *, seed: int) -> Floats:
@@ -44,13 +42,12 @@ def with_outliers(vertices_mm: Floats, share: float, reach_mm: float, *, seed: i
 
 def errors_deg(scan: Scanned, method: Method, share: float, reach_mm: float, frames: int) -> Floats:
     """(frames,) a method's errors, each with outliers and a frame of its own."""
-    errors = []
-    for k, turn in enumerate(Rotation.random(frames, random_state=7).as_matrix()):
-        moved = with_outliers(scan.vertices_mm, share, reach_mm, seed=k)
-        turned = np.ascontiguousarray((moved - moved.mean(axis=0)) @ turn.T)
-        axis = method(turned, scan.faces, seed=DRAW * k)
-        errors.append(axis_angle_deg(axis.direction, turn @ scan.direction))
-    return np.array(errors)
+
+    def spoilt(k: int) -> Mesh:
+        return with_outliers(scan.vertices_mm, share, reach_mm, seed=k), scan.faces
+
+    found = searches(method, spoilt, frames, stream=7)
+    return np.array([one.error_deg(scan.direction) for one in found])
 
 
 def measure(lab: Lab) -> Numbers:
@@ -58,7 +55,7 @@ def measure(lab: Lab) -> Numbers:
     scan, frames = lab.scan("wheel", "seed"), lab.repeats(FRAMES)
     found = [
         [errors_deg(scan, method, share, reach, frames) for reach in REACHES_MM for share in SHARES]
-        for method in METHODS.values()
+        for method in (METHODS[key] for key in SEARCHES)
     ]
     return {"errors": np.array(found)}
 
@@ -68,11 +65,12 @@ def draw(n: Numbers) -> Section:
     errors = n["errors"]
     conditions = [(reach, share) for reach in REACHES_MM for share in SHARES]
     near, far = (conditions.index((reach, SHARES[2])) for reach in REACHES_MM)
-    rows = tuple((name, *(_words(of) for of in row)) for name, row in zip(METHODS, errors, strict=True))
+    rows = tuple(
+        (name, *(_words(of) for of in row)) for name, row in zip(SEARCHES.values(), errors, strict=True)
+    )
     heads = ("method", *(f"{share:.0%} off by {reach:g} mm" for reach, share in conditions))
     borne = [float(np.median(errors[0][k])) < BORNE_DEG for k in (near, far)]
-    names = list(METHODS)
-    whole, own = errors[names.index("seed, whole distances")], errors[names.index("default")]
+    _, whole, _, own = errors
     return Section(
         title="Robustness to outliers",
         reports="Extended use of RANSAC estimation renders the algorithm robust against outliers (section "
@@ -92,7 +90,7 @@ def draw(n: Numbers) -> Section:
                 f"{SHARES[2]:.0%} of the vertices off by {REACHES_MM[0]:g} mm: {_words(errors[0][near])}; by "
                 f"{REACHES_MM[1]:g} mm: {_words(errors[0][far])}",
                 f"{_words(own[near])}; {_words(own[far])}",
-                "yes" if all(borne) else "partly" if any(borne) else "no",
+                verdict(borne),
                 f"a median below {BORNE_DEG:g}° counts as borne. What breaks it: the planes' extent and f "
                 "know "
                 "no RANSAC; where f counts whole distances "
@@ -103,6 +101,4 @@ def draw(n: Numbers) -> Section:
     )
 
 
-def _words(errors: Floats) -> str:
-    low, middle, high = np.percentile(errors, [25, 50, 75])
-    return f"{middle:.2g}° ({low:.2g}° to {high:.2g}°)"
+_words = partial(middle_half, say="{:.2g}°".format)

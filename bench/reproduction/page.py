@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-import jinja2
-
+from bench.plotting.page import write_page
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import Claim, Section
+from bench.reproduction.parts import Section
 from bench.reproduction.sections import NAMES, module_of
 from bench.run.provenance import git_state, machine
-from burrscan.files import written_whole
 
 Tell = Callable[[str], None]
 
@@ -51,36 +50,18 @@ def build_paper(lab: Lab, page: Path, *, only: Sequence[str] = (), tell: Tell = 
     for name, module in modules.items():
         tell(name)
         placed.append(Placed(name, module.draw(lab.of_section(name, module))))
-    with written_whole(page) as beside:
-        beside.write_text(_rendered(placed, lab), "utf-8")
-    return page
+    return write_page(page, "paper.html.jinja", _content(placed, lab), package="bench.reproduction")
 
 
-def _rendered(placed: Sequence[Placed], lab: Lab) -> str:
+def _content(placed: Sequence[Placed], lab: Lab) -> dict[str, Any]:
     claims = [(item, claim) for item in placed for claim in item.section.claims]
-    return _template().render(
-        placed=placed,
-        claims=claims,
-        counts={verdict: _count(claims, verdict) for verdict in ("yes", "partly", "no")},
-        quick=lab.quick,
-        when=datetime.now(UTC).strftime("%Y-%m-%d"),
-        machine=machine(),
-        git=git_state(Path(__file__).parent),
-    )
-
-
-def _count(claims: Sequence[tuple[Placed, Claim]], verdict: str) -> int:
-    return sum(claim.agrees == verdict for _, claim in claims)
-
-
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [jinja2.PackageLoader("bench.reproduction"), jinja2.PackageLoader("bench.plotting")]
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("paper.html.jinja")
+    verdicts = [claim.agrees for _, claim in claims]
+    return {
+        "placed": placed,
+        "claims": claims,
+        "counts": {verdict: verdicts.count(verdict) for verdict in ("yes", "partly", "no")},
+        "quick": lab.quick,
+        "when": datetime.now(UTC).strftime("%Y-%m-%d"),
+        "machine": machine(),
+        "git": git_state(Path(__file__).parent),
+    }

@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
+
+from burrscan.arrays import Floats
 
 Numbers = Mapping[str, NDArray[Any]]
 """What a section measured: named arrays, numbers as arrays without a dimension."""
@@ -101,6 +104,20 @@ def number(numbers: Numbers, key: str) -> float:
 def both(say: Callable[[Side], str]) -> tuple[str, str]:
     """What there is to say of each variant."""
     return say("seed"), say("default")
+
+
+def middle_half(values: Floats, say: Callable[[float], str]) -> str:
+    """The median and, in brackets, the middle half of values (N,); those that are NaN are left out."""
+    low, middle, high = (say(value) for value in np.nanpercentile(values, [25, 50, 75]))
+    return f"{middle} ({low} to {high})"
+
+
+def whole_range(values: Floats, say: Callable[[float], str]) -> str:
+    """The median and, in brackets, the least and the largest of values (N,); a dash where none is known."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return "–"
+    return f"{say(float(np.median(known)))} ({say(known.min())} to {say(known.max())})"
 
 
 def verdict(held: Sequence[bool]) -> Verdict:

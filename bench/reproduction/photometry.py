@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table
+from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table, verdict
 from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats, Image
 from burrscan.correspondence import Scan
@@ -97,7 +97,7 @@ def draw(n: Numbers) -> Section:
             Claim("2", "nonlinearities of camera and projector are to be modelled", "modelled for both",
                   f"{known:.3f} px with both curves; {camera:.3f} without the camera's, {projector:.3f} "
                   f"without the projector's, {neither:.3f} without both", "–",
-                  "yes" if all(matters) else "partly" if any(matters) else "no",
+                  verdict(matters),
                   f"a larger error in {MOST:.0%} of the views counts. It is not much larger: eight steps of "
                   "a sine cancel harmonics up to the sixth; coverage and wrong pixels suffer too (table)"),
             Claim("2", "crosstalk between the colour channels is to be modelled", "modelled for both",

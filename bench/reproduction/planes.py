@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.reproduction.drawing import Layer, bulk, dots, equal_axes
+from bench.reproduction.circles import facing, turned_mesh
+from bench.reproduction.drawing import GREEN, INK, Layer, bulk, dots, equal_axes
 from bench.reproduction.lab import PIPELINES, Lab
 from bench.reproduction.orientation import PLANES, angles_of, sectioned
 from bench.reproduction.parts import Claim, Numbers, Picture, Section, both, number
-from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
-
-_SHOWN = 15_000
-"""Points drawn: a picture's worth."""
-INK, GREEN = "#5f6b7a", "#0a8f4d"
 
 
 def measure(lab: Lab) -> Numbers:
@@ -21,13 +17,8 @@ def measure(lab: Lab) -> Numbers:
     found: dict[str, Floats] = {}
     for name, scan in lab.pair("wheel").items():
         test = sectioned(scan.vertices_mm, scan.faces, angles_of(scan.direction))
-        turned = scan.vertices_mm @ test.turn.T
-        middle = turned.mean(axis=0)
-        every = max(len(turned) // _SHOWN, 1)
-        found |= {
-            f"{name}_mesh": (turned - middle)[::every].astype(np.float32),
-            f"{name}_sections": (test.points_mm - middle).astype(np.float32),
-            f"{name}_plane": test.plane.astype(float),
+        turned, middle, drawn = turned_mesh(name, scan, test)
+        found |= drawn | {
             f"{name}_height": np.linspace(turned[:, 2].min(), turned[:, 2].max(), PLANES + 1) - middle[2],
             f"{name}_met": np.asarray(float(len(np.unique(test.plane)))),
             f"{name}_cut_share": np.asarray(len(test.plane) / len(scan.faces)),
@@ -66,7 +57,7 @@ def _within(n: Numbers, expected: dict[str, float]) -> bool:
 
 def _picture(n: Numbers, name: str) -> Picture:
     mesh, points = n[f"{name}_mesh"].astype(float), n[f"{name}_sections"].astype(float)
-    view = _facing(mesh)
+    view = facing(mesh, elevation_deg=18.0)
     corners = _corners(n[f"{name}_height"], mesh)
     flat = [corner @ view[:2].T for corner in corners]
     axes = equal_axes(np.concatenate([bulk(mesh @ view[:2].T), *flat]), "across, mm", "along the axis, mm")
@@ -76,14 +67,6 @@ def _picture(n: Numbers, name: str) -> Picture:
     picture = dots(axes, layers)
     body = axes.svg([*planes, picture], "planes perpendicular to the true axis and their intersections")
     return Picture("Planes and intersection points", body, "seed" if name == "seed" else "default", legend)
-
-
-def _facing(mesh: Floats) -> Floats:
-    """A view from the side the scan is seen from, a little above."""
-    r = mesh[:, :2] - mesh[:, :2].mean(axis=0)
-    spread = np.linalg.eigh(r.T @ r)[1]
-    azimuth = float(np.degrees(np.arctan2(spread[1, 0], spread[0, 0])))
-    return view_from(azimuth_deg=azimuth, elevation_deg=18.0)
 
 
 def _corners(heights: Floats, mesh: Floats) -> list[Floats]:

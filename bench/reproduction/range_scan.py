@@ -8,12 +8,24 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from bench.plotting.pictures import view_from
 from bench.reproduction.camera_view import OPPOSITE, seen_photo
 from bench.reproduction.drawing import grey
 from bench.reproduction.lab import PIPELINES, Lab
-from bench.reproduction.parts import SIDES, Claim, Numbers, Picture, Section, Side, Table, both, number
+from bench.reproduction.parts import (
+    SIDES,
+    Claim,
+    Numbers,
+    Picture,
+    Section,
+    Side,
+    Table,
+    both,
+    number,
+    whole_range,
+)
 from bench.reproduction.scanned import Scanned
-from bench.reproduction.shade import frame_of, shaded, view_from
+from bench.reproduction.shade import frame_of, shaded
 from burrscan.arrays import Floats, Ints32
 
 _OBLIQUE = view_from(azimuth_deg=-65.0, elevation_deg=20.0) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -157,7 +169,7 @@ def draw(n: Numbers) -> Section:
 
 
 def _span(values: Floats, form: str) -> str:
-    return f"{np.median(values):{form}} ({values.min():{form}} to {values.max():{form}})"
+    return whole_range(values, f"{{:{form}}}".format)
 
 
 def _excess(mesh: Floats) -> float:

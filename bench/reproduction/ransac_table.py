@@ -27,9 +27,9 @@ def implied_sigma_mm() -> Floats:
     return np.array([t / ndtri(1.0 - r / 2.0) for t, r in zip(TOLERANCES_MM, REJECTED, strict=True)])
 
 
-def rounds_within(share: float, *, half: float = 0.005) -> tuple[int, int]:
+def rounds_within(share: float) -> tuple[int, int]:
     """Fewest and most samples that a share printed in whole per cent can stand for."""
-    low, high = (int(np.ceil(ransac_rounds(share + side))) for side in (-half, half))
+    low, high = (int(np.ceil(ransac_rounds(share + side))) for side in (-0.005, 0.005))
     return low, high
 
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from bench.reproduction.axis_found import DRAW
+from bench.reproduction.frames import Mesh, searches
 from bench.reproduction.lab import Lab
 from bench.reproduction.noise import PAPER_MM, along_rays
-from bench.reproduction.parts import Claim, Numbers, Section, Table
+from bench.reproduction.parts import Claim, Numbers, Section, Table, middle_half, verdict
 from bench.reproduction.scanned import Scanned
-from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.axis import find_axis
-from burrscan.errors import InputError
+from burrscan.inspection import Axis
 from burrscan.pose import placed
 
 METHODS = {
@@ -33,10 +31,11 @@ SPINS_DEG = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 KINDS = ("one view", "whole wheel", "one view, noisy", "whole wheel, noisy")
 FRAMES = 20
 """Random frames of each kind, each with a draw of noise of its own where there is noise."""
-Drawn = Callable[[int], tuple[Floats, Ints32]]
+_ALONG = np.array([0.0, 0.0, 1.0])
+"""The true axis, in the part frame."""
 
 
-def whole(views: list[Scanned], *, noise_mm: float = 0.0, draw: int = 0) -> tuple[Floats, Ints32]:
+def whole(views: list[Scanned], *, noise_mm: float = 0.0, draw: int = 0) -> Mesh:
     """Views at their true poses as one mesh in the part frame, each cut to its own sector of the turn.
 
     So the surface is covered all around and once: [14] takes differences of normals between neighbours on a
@@ -66,30 +65,22 @@ def measure(lab: Lab) -> Numbers:
     errors = np.full((len(METHODS), len(KINDS), runs), np.nan)
     seconds = np.full(errors.shape[:2], np.nan)
     for row, method in enumerate(METHODS):
-        drawn: list[Drawn] = [
-            lambda _: quiet[0],
-            lambda _: quiet[1],
+        drawn: list[Mesh | Callable[[int], Mesh]] = [
+            *quiet,
             lambda k: whole(views[:1], noise_mm=PAPER_MM, draw=k),
             lambda k: whole(views, noise_mm=PAPER_MM, draw=k),
         ]
         for column, mesh_of in enumerate(drawn):
-            errors[row, column], seconds[row, column] = _tried(method, mesh_of, runs)
+            found = list(searches(partial(_found, method), mesh_of, runs, stream=3))
+            errors[row, column] = [search.error_deg(_ALONG) for search in found]
+            seconds[row, column] = np.median([search.seconds for search in found])
     return {"errors": errors, "seconds": seconds, "triangles": np.array([len(mesh[1]) for mesh in quiet])}
 
 
-def _tried(method: str, mesh_of: Drawn, runs: int) -> tuple[Floats, float]:
-    errors, seconds = [], []
-    for k, turn in enumerate(Rotation.random(runs, random_state=3).as_matrix()):
-        vertices, faces = mesh_of(k)
-        start = time.process_time()
-        try:
-            own = {"seed": DRAW * k} if method == "seed" else {}
-            axis = find_axis(np.ascontiguousarray(vertices @ turn.T), faces, method=method, **own)
-            errors.append(axis_angle_deg(axis.direction, turn[:, 2]))
-        except InputError:
-            errors.append(90.0)
-        seconds.append(time.process_time() - start)
-    return np.array(errors), float(np.median(seconds))
+def _found(method: str, vertices_mm: Floats, faces: Ints32, *, seed: int) -> Axis:
+    """By a method's name; only the seed's draws samples."""
+    own = {"seed": seed} if method == "seed" else {}
+    return find_axis(vertices_mm, faces, method=method, **own)
 
 
 def draw(n: Numbers) -> Section:
@@ -124,7 +115,7 @@ def draw(n: Numbers) -> Section:
                 f"one view {_words(qian[0])}, all around {_words(qian[1])}; with {PAPER_MM:g} mm of noise "
                 f"{_words(qian[2])} and {_words(qian[3])}",
                 f"{_words(best[0])}, {_words(best[1])}",
-                "yes" if all(needs) else "partly" if any(needs) else "no",
+                verdict(needs),
                 "beyond 2° and three times what it reaches all around counts. That is [14]'s test of "
                 "curvature in our hands, on smoothed normals an eighth of the section apart, not its "
                 "authors' "
@@ -137,7 +128,7 @@ def draw(n: Numbers) -> Section:
                 f"{_words(seed[0])} against {_words(qian[0])}; with {PAPER_MM:g} mm of noise "
                 f"{_words(seed[2])} against {_words(qian[2])}",
                 _words(best[0]),
-                "yes" if all(wins) else "partly" if any(wins) else "no",
+                verdict(wins),
                 ""
                 if all(wins)
                 else f"without noise {'it is' if wins[0] else 'it is not'}, with noise "
@@ -161,10 +152,8 @@ def draw(n: Numbers) -> Section:
     )
 
 
-def _words(errors: Floats) -> str:
-    low, middle, high = (_degrees(value) for value in np.percentile(errors, [25, 50, 75]))
-    return f"{middle} ({low} to {high})"
-
-
 def _degrees(value: float) -> str:
     return f"{value:.0f}°" if value >= 10.0 else f"{value:.2g}°"
+
+
+_words = partial(middle_half, say=_degrees)

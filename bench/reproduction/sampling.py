@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.plotting.pictures import view_from
 from bench.reproduction.drawing import Layer, dots, equal_axes
 from bench.reproduction.lab import Lab
 from bench.reproduction.parts import Claim, Numbers, Picture, Section, number
-from bench.reproduction.shade import view_from
 from burrscan.arrays import Floats
 from burrscan.axis.fitting.starts import hemisphere
 from burrscan.axis.rivals.seed import orientation_grid
@@ -24,9 +24,9 @@ def directions_of(grid: Floats) -> Floats:
     return np.column_stack([np.cos(theta) * np.sin(phi), np.sin(theta) * np.sin(phi), np.cos(phi)])
 
 
-def unevenness(directions: Floats, *, bands: int = 8) -> float:
-    """Most over fewest directions in bands of equal area between the poles; 1 is even."""
-    counts = np.histogram(np.minimum(directions[:, 2] + 1e-9, 1.0), bins=bands, range=(-1.0, 1.0))[0]
+def unevenness(directions: Floats) -> float:
+    """Most over fewest directions in eight bands of equal area between the poles; 1 is even."""
+    counts = np.histogram(np.minimum(directions[:, 2] + 1e-9, 1.0), bins=8, range=(-1.0, 1.0))[0]
     return float(counts.max() / max(counts.min(), 1))
 
 
@@ -36,9 +36,9 @@ def distinct(directions: Floats) -> int:
     return int(sum(not near[k, :k].any() for k in range(len(near))))
 
 
-def farthest_deg(directions: Floats, *, probes: int = 4000) -> float:
+def farthest_deg(directions: Floats) -> float:
     """The angle from the worst placed line to the nearest direction."""
-    cosine = np.abs(hemisphere(probes) @ directions.T).max(axis=1)
+    cosine = np.abs(hemisphere(4000) @ directions.T).max(axis=1)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
 
 

@@ -51,6 +51,11 @@ class Scanned:
         return np.ascontiguousarray(self.arrays["faces"])
 
     @property
+    def mesh(self) -> tuple[Floats, Ints32]:
+        """Vertices and faces."""
+        return self.vertices_mm, self.faces
+
+    @property
     def sigma_mm(self) -> Floats:
         """(V,) stated standard deviation."""
         return np.ascontiguousarray(self.arrays["sigma_mm"], dtype=np.float64)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from bench.reproduction.axis_found import METHODS
 from bench.reproduction.cost import simplified
 from bench.reproduction.drawing import chart
+from bench.reproduction.frames import searches
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import Claim, Numbers, Picture, Section, Table
+from bench.reproduction.parts import SIDES, Claim, Numbers, Picture, Section, Table
 from bench.reproduction.scanned import Scanned
-from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats
 
 KEPT = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02)
@@ -30,19 +29,13 @@ def measure(lab: Lab) -> Numbers:
 
 
 def _row(scan: Scanned, share: float, frames: int) -> list[float]:
-    centred = scan.vertices_mm - scan.vertices_mm.mean(axis=0)
     start = time.process_time()
-    vertices, faces = simplified(centred, scan.faces, share)
-    row = [share, float(len(faces)), time.process_time() - start]
-    for name in ("seed", "default"):
-        errors, seconds = [], []
-        for turn in Rotation.random(frames, random_state=2).as_matrix():
-            turned = np.ascontiguousarray(vertices @ turn.T)
-            start = time.process_time()
-            axis = METHODS[name](turned, faces)
-            seconds.append(time.process_time() - start)
-            errors.append(axis_angle_deg(axis.direction, turn @ scan.direction))
-        row += [float(np.median(errors)), float(np.median(seconds))]
+    mesh = simplified(*scan.mesh, share)
+    row = [share, float(len(mesh[1])), time.process_time() - start]
+    for name in SIDES:
+        found = list(searches(METHODS[name], mesh, frames, stream=2))
+        row.append(float(np.median([one.error_deg(scan.direction) for one in found])))
+        row.append(float(np.median([one.seconds for one in found])))
     return row
 
 

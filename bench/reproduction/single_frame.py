@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.reproduction.clocked import FRAME_MS
 from bench.reproduction.lab import Lab
-from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table, number
+from bench.reproduction.parts import MOST, Claim, Numbers, Section, Table, number, verdict, whole_range
 from bench.reproduction.range_scan import distances_mm
 from burrscan.arrays import Floats
 
@@ -62,13 +62,13 @@ def draw(n: Numbers) -> Section:
             Claim("2", "Gray code with sines measures better than a single adapted frame [11]",
                   "chosen for the wheel",
                   f"{_short(seed)}; single frame {_short(single)}", _short(default),
-                  "yes" if min(more, nearer) >= MOST else "partly" if max(more, nearer) >= MOST else "no",
+                  verdict([more >= MOST, nearer >= MOST]),
                   f"it measures more in {more:.0%} of the views and is closer in {nearer:.0%}: the single "
                   "frame keeps the easiest pixels only. Ours is after the idea of [11], not its code"),
             Claim("1", "the scanner can deliver its data on the fly", "on the fly",
                   f"{total['seed']:.1f} s to a mesh; single frame {total['single_shot']:.1f} s",
                   f"{total['adaptive']:.1f} s",
-                  "yes" if total["seed"] < ONLINE_S else "partly" if at_once < 1.0 else "no",
+                  verdict([total["seed"] < ONLINE_S, at_once < 1.0]),
                   f"below {ONLINE_S:g} s would be. Exposures of up to 200 ms decide; with light for "
                   f"{FRAME_MS:.0f} ms each, the seed's pictures would last {at_once:.2f} s. The paper has no "
                   "figure; its single-frame forerunner [11] is what it calls real-time"),
@@ -90,10 +90,7 @@ def _short(of: Floats) -> str:
 
 def _cells(of: Floats) -> tuple[str, ...]:
     def span(column: int, form: str, factor: float = 1.0) -> str:
-        known = factor * of[np.isfinite(of[:, column]), column]
-        if not len(known):
-            return "–"
-        return f"{np.median(known):{form}} ({known.min():{form}} to {known.max():{form}})"
+        return whole_range(factor * of[:, column], f"{{:{form}}}".format)
 
     return (
         span(_COVERED, ".1%"),

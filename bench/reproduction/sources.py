@@ -1,21 +1,11 @@
-"""What stands for the state of the code, so that what other code measured is never taken for this code's."""
+"""What a section's numbers depend on of the page's own code."""
 
 from __future__ import annotations
 
-import hashlib
 import re
 from pathlib import Path
 
 _IMPORT = re.compile(r"^from bench\.reproduction(?:\.(\w+))? import (\w+)", re.MULTILINE)
-
-
-def sources(*packages: Path) -> str:
-    """A hash of every source of packages, given by the paths of their ``__init__.py``."""
-    total = hashlib.sha256()
-    for package in packages:
-        for path in sorted(package.parent.rglob("*.py")) + sorted(package.parent.rglob("*.toml")):
-            total.update(path.read_bytes())
-    return total.hexdigest()[:12]
 
 
 def source_of(section: Path) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.reproduction.lab import Lab
 from bench.reproduction.orientation import angles_of, sectioned
-from bench.reproduction.parts import Claim, Numbers, Section, Table
+from bench.reproduction.parts import Claim, Numbers, Section, Table, middle_half, verdict
 from bench.reproduction.scanned import Scanned
 from burrscan.arrays import Floats
 
@@ -73,7 +75,7 @@ def draw(n: Numbers) -> Section:
                 "more or less",
                 f"θ over φ, {words}",
                 "–",
-                "yes" if share > 0.75 else "partly" if share > 0.25 else "no",
+                verdict([share > 0.75, share > 0.25]),
                 f"within a factor of {ALIKE:g} in {share:.0%} of frames and steps; it depends on how the "
                 "wheel "
                 "stands. Experiment: with the axis away from the poles the median ratios are "
@@ -84,6 +86,4 @@ def draw(n: Numbers) -> Section:
     )  # fmt: skip
 
 
-def _words(ratio: Floats) -> str:
-    low, middle, high = np.percentile(ratio, [25, 50, 75])
-    return f"{middle:.2g} ({low:.2g} to {high:.2g})"
+_words = partial(middle_half, say="{:.2g}".format)

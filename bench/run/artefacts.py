@@ -53,9 +53,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.run.decimate import decimated_mesh
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.matching import Place
-from bench.score.part import MeshEvidence, MeshTruth, PartEvidence
+from bench.score.part import MeshEvidence, MeshTruth
 from bench.score.places import true_place
 from bench.score.unrolled import UnrolledGrid, grid_of, seen, unrolled_grid
 from burrscan.arrays import Floats, Image, Ints32

@@ -15,7 +15,7 @@ from bench.run.directory import Run
 from bench.run.records import Record
 from bench.suites.case import Case
 from bench.suites.suite import Suite
-from burrscan.files import written_whole
+from burrscan.files import write_text
 
 _MADE = ("wheel", "transport", "truth", "mesh")
 """Stages that all variants of a case share."""
@@ -45,8 +45,7 @@ def update_cost_model(
     )
     with suppress(OSError):  # a folder that cannot be written costs an estimate, not the run
         folder.mkdir(parents=True, exist_ok=True)
-        with written_whole(costs_file(folder)) as beside:
-            beside.write_text(json.dumps(asdict(found), indent=1) + "\n", "utf-8")
+        write_text(costs_file(folder), json.dumps(asdict(found), indent=1) + "\n")
 
 
 def _measured(suite: Suite, records: Sequence[Record], size: Mapping[str, float]) -> dict[str, float]:

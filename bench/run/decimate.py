@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 
 _FINER = 2  # cells along an edge of a cell that is divided
+_MOST = 5000  # vertices; their numbers have 16 bits
 _ROUGH_SHARE = 0.08  # of the cells, those in which the values differ most, are divided
 _GROWTH = 1.12
 """Of the cells' side, until few enough are occupied: ends within a quarter of the number wanted."""
@@ -35,8 +36,8 @@ class DecimatedMesh:
     values: NDArray[np.float16]
 
 
-def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: int = 5000) -> DecimatedMesh:
-    """Merge the vertices that share a cell of space, with cells as small as ``most`` vertices permit.
+def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats) -> DecimatedMesh:
+    """Merge the vertices that share a cell of space, with cells as small as 5000 vertices permit.
 
     Vertex clustering (Rossignac and Borrel 1993). Cells in which the values differ most are divided again,
     so that what stands out of a smooth surface keeps its shape. O(N log N) for each of a few cell sizes.
@@ -49,8 +50,6 @@ def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: 
         (M, 3).
     values
         (N,) such as deviations, NaN where unknown.
-    most
-        Vertices at most, below 65536.
 
     """
     used = np.unique(faces[np.isfinite(vertices_mm[faces]).all(axis=(1, 2))])
@@ -59,7 +58,7 @@ def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: 
             np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint16), np.zeros(0, np.float16)
         )
     points, known = vertices_mm[used], values[used]
-    group = _groups(points, known, most)
+    group = _groups(points, known)
     count = int(group.max()) + 1
     places = np.column_stack([_mean(points[:, k], group, count) for k in range(3)])
     number = np.full(len(vertices_mm), -1)
@@ -71,11 +70,11 @@ def decimated_mesh(vertices_mm: Floats, faces: Ints32, values: Floats, *, most: 
     )
 
 
-def _groups(points: Floats, values: Floats, most: int) -> Ints:
+def _groups(points: Floats, values: Floats) -> Ints:
     """(N,) number of each vertex's cell, with the smallest cells that do."""
-    size = float(np.linalg.norm(np.ptp(points, axis=0))) / (2.0 * np.sqrt(most)) + 1e-6
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) / (2.0 * np.sqrt(_MOST)) + 1e-6
     group = _cells(points, values, size)
-    while int(group.max()) >= most:
+    while int(group.max()) >= _MOST:
         size *= _GROWTH
         group = _cells(points, values, size)
     return group

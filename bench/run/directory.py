@@ -21,7 +21,7 @@ from bench.suites.identity import content_hash
 from bench.suites.suite import Suite, suite_from
 from burrscan.documents import build, read_json
 from burrscan.errors import InputError
-from burrscan.files import written_whole
+from burrscan.files import write_text, written_whole
 from burrscan.variants import untrusted
 from scenes.stores import Store
 
@@ -167,8 +167,7 @@ def load_run(path: Path) -> Run:
 
 def write_manifest(directory: RunDirectory, manifest: Mapping[str, Any]) -> None:
     """Write ``run.json`` whole."""
-    with written_whole(directory.manifest) as path:
-        path.write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", "utf-8")
+    write_text(directory.manifest, json.dumps(manifest, indent=1, allow_nan=False) + "\n")
 
 
 def describe_run(

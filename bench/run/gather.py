@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.run.directory import Run, RunDirectory, describe_run, load_run, write_manifest
-from bench.run.records import Record
+from bench.run.records import Record, write
 from bench.run.tables import write_tables
 from bench.suites.cases import chosen, expand
 from burrscan.errors import InputError
-from burrscan.files import written_whole
 
 _LOG = logging.getLogger("burrscan.gather")
 _SAME = ("suite_hash", "seed", "only", "metrics")
@@ -59,8 +58,7 @@ def gather(parts: Sequence[Path], out_dir: Path) -> Run:
     with directory.locked():
         for run in runs:
             _copy_pictures(run, directory)
-        with written_whole(directory.records) as beside:
-            beside.write_text("".join(record.line() for record in records.values()), "utf-8")
+        write(directory.records, records.values())
         write_manifest(directory, {**asked, "sessions": sessions})
         whole = load_run(out_dir)
         write_tables(whole)

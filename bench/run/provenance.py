@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import importlib
 import os
 import platform
 import subprocess
@@ -43,6 +45,16 @@ def versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             found[name] = "not installed"
     return found
+
+
+def code_digest(*packages: str) -> str:
+    """A short hash of every source of packages, and of the tables that come with them."""
+    total = hashlib.sha256()
+    for package in packages:
+        root = Path(str(importlib.import_module(package).__file__)).parent
+        for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
+            total.update(f"{package}/{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes())
+    return total.hexdigest()[:12]
 
 
 def git_state(folder: Path) -> dict[str, Any] | None:

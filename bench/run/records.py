@@ -13,6 +13,7 @@ from typing import Any
 from bench.run.forms import RecordForm
 from burrscan.documents import build, finite
 from burrscan.errors import InputError
+from burrscan.files import write_text
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,16 @@ def append(path: Path, records: Iterable[Record]) -> None:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def write(path: Path, records: Iterable[Record]) -> None:
+    """Write a file of these records alone."""
+    write_text(path, "".join(record.line() for record in records))
+
+
+def count_failed(records: Iterable[Record]) -> int:
+    """How many have no result."""
+    return sum(record.failure is not None for record in records)
 
 
 def read(path: Path) -> list[Record]:

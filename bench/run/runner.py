@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from bench.run.engine import Engine, Examine, Local, Outcomes
 from bench.run.examine import examine
 from bench.run.job import Job
 from bench.run.provenance import session
-from bench.run.records import Record, append
+from bench.run.records import Record, append, count_failed, write
 from bench.run.shard import Shard
 from bench.run.tables import write_tables
 from bench.score.metrics import METRICS, metric_named, own_metrics
@@ -23,7 +23,6 @@ from bench.suites.case import Case
 from bench.suites.cases import chosen, expand
 from bench.suites.suite import Suite
 from burrscan.errors import InputError
-from burrscan.files import written_whole
 from scenes.stores import Store
 from scenes.transport.store import NOWHERE, default_folder
 
@@ -43,12 +42,16 @@ class Progress:
     def of(cls, run: Run) -> Progress:
         """Where a run stands before a sitting."""
         done = len({record.case for record in run.records})
-        failed = sum(record.failure is not None for record in run.records)
-        return cls(done=done, total=len(run.manifest["cases"]), before=done, failed=failed)
+        return cls(
+            done=done,
+            total=len(run.manifest["cases"]),
+            before=done,
+            failed=count_failed(run.records),
+        )
 
     def after(self, case: Case, records: Sequence[Record], *, workers: int) -> Progress:
         """Where it stands after one more case."""
-        failed = self.failed + sum(record.failure is not None for record in records)
+        failed = self.failed + count_failed(records)
         return replace(self, done=self.done + 1, failed=failed, case=case.id, workers=workers)
 
 
@@ -223,13 +226,8 @@ def _settle(directory: RunDirectory, cases: Sequence[Case], variants: int) -> li
         _LOG.warning("note: %s is tried again: its machine failed, not a method: %s", case, why)
     counts = Counter(record.case for record in kept)
     whole = {case for case, count in counts.items() if count == variants and case not in again}
-    _rewrite(directory.records, (record for record in kept if record.case in whole))
+    write(directory.records, (record for record in kept if record.case in whole))
     return [case for case in cases if case.id not in whole]
-
-
-def _rewrite(path: Path, records: Iterable[Record]) -> None:
-    with written_whole(path) as beside:
-        beside.write_text("".join(record.line() for record in records), "utf-8")
 
 
 def _definitions(suite: Suite) -> dict[str, Any]:

@@ -14,13 +14,14 @@ from bench.cell.spec import cell_from
 from bench.cell.story import keep, told
 from bench.run.artefacts import save_mesh_truth, save_mesh_variant, save_truth, save_variant
 from bench.run.job import Job
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.part import MeshEvidence, MeshTruth
 from bench.suites.case import Case
 from bench.suites.identity import entropy
 from bench.suites.sources import Source
 from bench.synthetic.axis_bound import cramer_rao_covariance
-from bench.synthetic.spec import MeshSpec, RidgeSpec, mesh_from, scanned
+from bench.synthetic.revolution import RidgeBurr
+from bench.synthetic.spec import MeshSpec, mesh_from, scanned
 from burrscan.arrays import Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
@@ -53,7 +54,7 @@ class Look:
 
     """
 
-    evidence: Evidence | MeshEvidence
+    evidence: PartEvidence
     timings_s: Mapping[str, float]
     keep: Callable[[Path, str], None]
     budget: Callable[[], Budget]
@@ -175,7 +176,7 @@ def _bound(spec: MeshSpec) -> Floats | None:
     )
 
 
-def _true_burr(burr: RidgeSpec, spec: MeshSpec) -> TrueBurr:
+def _true_burr(burr: RidgeBurr, spec: MeshSpec) -> TrueBurr:
     """A ridge as it is: its extent ends where the part does, its base is an arc of the radius there."""
     z, r = spec.profile_zr_mm.T
     start, end = (

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.matching import Place, turn_deg
-from bench.score.part import PartEvidence
 from burrscan.arrays import Bools, Floats
 
 _STEP_MM = 1.0

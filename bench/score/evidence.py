@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bench.score.matching import Matching
-from bench.score.part import generatrix_in_part, matched, part_found
+from bench.score.part import MeshEvidence, generatrix_in_part, matched, part_found
 from burrscan.arrays import Bools, Floats
 from burrscan.inspection import Inspection
 from burrscan.pipeline import Outcome
@@ -24,7 +24,7 @@ RIGHT_WITHIN_PX = 1.0
 class Evidence:
     """One variant's outcome of one scanned case, and the truth of that case.
 
-    It is a :class:`bench.score.part.PartEvidence` too, whose mesh frame is the camera's.
+    It says all of the part that :class:`bench.score.part.MeshEvidence` does; its mesh frame is the camera's.
 
     Parameters
     ----------
@@ -114,3 +114,7 @@ class Evidence:
     def matching(self) -> Matching:
         """Burrs found against true burrs."""
         return matched(self.true_burrs, self.inspection, self.T_part_mesh, self.T_part_found)
+
+
+PartEvidence = Evidence | MeshEvidence
+"""What metrics of axis, generatrix and burrs look at: an inspection beside the truth of the part."""

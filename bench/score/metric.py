@@ -31,7 +31,7 @@ class Metric:
     needs
         ``scan`` where ``measure`` takes :class:`bench.score.Evidence`, which a mesh that nobody scanned has
         not; ``cell`` where it takes :class:`bench.score.cell.CellEvidence`; ``part`` where a
-        :class:`bench.score.part.PartEvidence` will do.
+        :class:`bench.score.evidence.PartEvidence` will do.
 
     """
 
@@ -49,6 +49,11 @@ class Metric:
     def description(self) -> str:
         """The definition in words."""
         return inspect.cleandoc(self.measure.__doc__ or "")
+
+
+def shown_unit(unit: str) -> str:
+    """The unit that numbers are shown in: shares in per cent, a number of things in none."""
+    return {"1": "%", "count": ""}.get(unit, unit)
 
 
 def within(title: str) -> str:

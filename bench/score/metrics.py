@@ -9,9 +9,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from bench.score import blemishes, burrs, cell, scan, shape
-from bench.score.evidence import Evidence
+from bench.score.evidence import Evidence, PartEvidence
 from bench.score.metric import Metric
-from bench.score.part import MeshEvidence
 from burrscan.errors import InputError
 from burrscan.variants import attribute, suggest
 
@@ -124,12 +123,12 @@ def own_metrics(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in names if name not in METRICS))
 
 
-def measure(evidence: Evidence | MeshEvidence, *, own: Iterable[str] = ()) -> dict[str, float]:
+def measure(evidence: PartEvidence, *, own: Iterable[str] = ()) -> dict[str, float]:
     """Every metric of one outcome, and ``own`` ones beside them; NaN for what needs a scan and has none."""
     return measure_some(evidence, (*METRICS, *own))
 
 
-def measure_some(evidence: Evidence | MeshEvidence, names: Iterable[str]) -> dict[str, float]:
+def measure_some(evidence: PartEvidence, names: Iterable[str]) -> dict[str, float]:
     """The metrics of these names."""
     metrics = [metric_named(name) for name in names]
     fits = {"part", *(need for kind, need in _NEEDS if isinstance(evidence, kind))}

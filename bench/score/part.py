@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -15,45 +14,22 @@ from burrscan.inspection import Inspection
 from scenes.wheel import TrueBurr
 
 
-class PartEvidence(Protocol):
-    """What metrics of axis, generatrix and burrs look at: an inspection beside the truth of the part."""
-
-    @property
-    def inspection(self) -> Inspection:
-        """What was found."""
-
-    @property
-    def true_generatrix_zr_mm(self) -> Floats:
-        """(K, 2) the true outline, the outside to its left."""
-
-    @property
-    def true_burrs(self) -> tuple[TrueBurr, ...]:
-        """The burrs that are there."""
-
-    @property
-    def T_part_mesh(self) -> Floats:  # noqa: N802 (T_target_source)
-        """(4, 4) from the mesh's frame (a scan's: the camera's) to the true part frame."""
-
-    @property
-    def axis_bound(self) -> Floats | None:
-        """(4, 4) Cramér-Rao bound of tilts in rad and offsets in mm at z = 0; None where it is not known."""
-
-    @property
-    def T_part_found(self) -> Floats:  # noqa: N802
-        """(4, 4) from the part frame that was found to the true one."""
-
-    @property
-    def generatrix_zr_mm(self) -> Floats:
-        """(K, 2) the generatrix found, its z carried to the true part frame."""
-
-    @property
-    def matching(self) -> Matching:
-        """Burrs found against true burrs."""
-
-
 @dataclass(frozen=True)
 class MeshTruth:
-    """The truth of a synthetic mesh; see :class:`PartEvidence`."""
+    """The truth of a synthetic mesh.
+
+    Parameters
+    ----------
+    T_part_mesh
+        (4, 4) from the mesh's frame to the true part frame.
+    generatrix_zr_mm
+        (K, 2) the true outline, the outside to its left.
+    burrs
+        Those that are there.
+    axis_bound
+        (4, 4) Cramér-Rao bound of tilts in rad and offsets in mm at z = 0; None where it is not known.
+
+    """
 
     T_part_mesh: Floats
     generatrix_zr_mm: Floats

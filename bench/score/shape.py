@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from bench.score.part import PartEvidence
+from bench.score.evidence import PartEvidence
 from bench.score.polyline import resample
 from burrscan.arrays import Floats
 from burrscan.axis.basis import perpendicular_basis

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from bench.budget.budget import METRICS, SUBSTITUTIONS
 from bench.run.records import Record
 from bench.score.metrics import metric_named
+from bench.summary.table import middle
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,4 @@ def _row(records: Sequence[Record], variant: str, metric: str) -> BudgetRow:
     mine = [record.budget for record in records if record.variant == variant and record.budget]
     names = [name for name in SUBSTITUTIONS if any(name in budget for budget in mine)]
     values = {name: [budget[name][metric] for budget in mine if name in budget] for name in names}
-    return BudgetRow(variant, metric, len(mine), {name: _middle(metric, v) for name, v in values.items()})
-
-
-def _middle(metric: str, values: Sequence[float]) -> float:
-    known = np.array([value for value in values if not math.isnan(value)])
-    if not known.size:
-        return math.nan
-    in_units = metric_named(metric).unit in {"px", "mm", "deg"}
-    return float(np.median(known) if in_units else known.mean())
+    return BudgetRow(variant, metric, len(mine), {name: middle(metric, v) for name, v in values.items()})

@@ -41,6 +41,11 @@ class GoalRow:
         return low <= self.measured <= high
 
     @property
+    def open(self) -> bool:
+        """Whether there is nothing to judge by."""
+        return math.isnan(self.measured)
+
+    @property
     def where(self) -> str:
         """Which cases, in words."""
         return ", ".join(f"{path} = {value}" for path, value in self.goal.where.items()) or "all"

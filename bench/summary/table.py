@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from bench.run.records import Record
+from bench.run.records import Record, count_failed
 from bench.score.metrics import metric_named
 
 
@@ -65,11 +65,16 @@ def typical(name: str) -> Literal["mean", "median"]:
 
 def summarise(name: str, records: Iterable[Record]) -> float:
     """One metric over some records; see :func:`score_table`."""
-    values = np.array([value_of(record, name) for record in records])
-    known = values[~np.isnan(values)]
+    return middle(name, [value_of(record, name) for record in records])
+
+
+def middle(name: str, values: Sequence[float]) -> float:
+    """A metric's mean or median (:func:`typical`) over the values that are known; a mean's are finite."""
+    found = np.array(values)
     if typical(name) == "median":
+        known = found[~np.isnan(found)]
         return float(np.median(known)) if known.size else np.nan
-    known = known[np.isfinite(known)]
+    known = found[np.isfinite(found)]
     return float(known.mean()) if known.size else np.nan
 
 
@@ -83,5 +88,5 @@ def _group(record: Record, by: Sequence[str]) -> tuple[str, ...]:
 
 
 def _row(group: tuple[str, ...], variant: str, records: Sequence[Record], names: Sequence[str]) -> Row:
-    failed = sum(record.failure is not None for record in records)
+    failed = count_failed(records)
     return Row(group, variant, len(records), failed, {name: summarise(name, records) for name in names})

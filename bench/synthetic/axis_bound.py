@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.synthetic.revolution import profile_of, sampled_profile
+from bench.synthetic.revolution import on_curve, profile_of, reached
 from burrscan.arrays import Floats
 
 
@@ -21,8 +21,8 @@ def cramer_rao_covariance(
     The generatrix is free: one unknown per row of the grid, eliminated by centring the Jacobian per row.
     Where it is known, as from a drawing, only its place along the axis is free.
     """
-    polyline = profile_of(profile) if isinstance(profile, str) else profile
-    curve, normal = sampled_profile(polyline, shape[1])
+    polyline = profile_of(profile)
+    curve, normal = on_curve(polyline, np.linspace(0.0, reached(polyline)[-1], shape[1]))
     phi = np.radians(np.linspace(-arc_deg / 2, arc_deg / 2, shape[0]))
     free = 0.0 if known_generatrix else 1.0
     cosine, sine = (wave - free * wave.mean() for wave in (np.cos(phi), np.sin(phi)))

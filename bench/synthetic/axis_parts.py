@@ -13,13 +13,15 @@ from bench.synthetic.ordinary_parts import (
     cylinder,
     cylinder_outline,
     joined,
+    ring_faces,
     spoked,
     treaded,
     turned,
     vase,
+    waved,
     wheel,
 )
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats
 
 _FINE = 1440
 """Vertices on a parallel of a part with flutes: 45 a flute at least."""
@@ -90,10 +92,7 @@ def oval(rng: Random) -> Mesh:
 def _body_outline(rng: Random) -> Floats:
     """A waved body with a shallow hollow on top, (K, 2) points (z, r), mm."""
     tall = rng.uniform(60.0, 220.0)
-    z = np.linspace(-0.5, 0.5, 60)
-    waves = rng.uniform(5.0, 18.0) * np.sin(rng.uniform(3.0, 8.0) * z + rng.uniform(0.0, 6.0))
-    waves += rng.uniform(0.0, 5.0) * np.sin(15.0 * z + rng.uniform(0.0, 6.0))
-    r = np.maximum(rng.uniform(35.0, 55.0) + waves, 10.0)
+    z, r = waved(rng)
     outer = [(float(a), float(b)) for a, b in zip(tall * z, r, strict=True)]
     top, mouth = 0.5 * tall, float(r[-1])
     hollow = [(top, mouth - 4.0), (0.2 * tall, mouth - 6.0), (0.2 * tall, 0.0)]
@@ -108,7 +107,7 @@ def _tube(path: Floats, thick: float) -> Mesh:
     across = np.cross(along, side)
     angle = np.arange(_TUBE)[None, :, None] * 2.0 * np.pi / _TUBE
     points = path[:, None] + thick * (np.cos(angle) * across[:, None] + np.sin(angle) * side)
-    return points.reshape(-1, 3), _tube_faces(len(path))
+    return points.reshape(-1, 3), ring_faces(len(path), _TUBE)[:, [0, 2, 1]]
 
 
 def _out_of_hollows(part: Mesh, outline_zr: Floats) -> Mesh:
@@ -121,14 +120,6 @@ def _out_of_hollows(part: Mesh, outline_zr: Floats) -> Mesh:
     crossed = (across & (r0 + share * (r1 - r0) > r)).sum(axis=1)
     hollow = (crossed > 0) & (crossed % 2 == 0)
     return points, faces[~hollow[faces].any(axis=1)]
-
-
-def _tube_faces(rings: int) -> Ints32:
-    ring, place = np.meshgrid(np.arange(rings - 1), np.arange(_TUBE), indexing="ij")
-    here, beside = ring * _TUBE + place, ring * _TUBE + (place + 1) % _TUBE
-    first = np.stack([here, here + _TUBE, beside], axis=-1).reshape(-1, 3)
-    second = np.stack([beside, here + _TUBE, beside + _TUBE], axis=-1).reshape(-1, 3)
-    return np.concatenate([first, second]).astype(np.int32)
 
 
 FAMILIES: Mapping[str, Callable[[Random], Mesh]] = {

@@ -38,4 +38,4 @@ def part_view(family: str, number: int, *, seed: int) -> PartView:
     points, triangles, pose = posed_view(
         vertices, faces, rng, sigma=sigma, reach_px=reach_px, seed=(*identity, 1)
     )
-    return PartView(RevolutionScan(points, triangles, pose[:3, 3], pose[:3, 2], pose, sigma), reach_px)
+    return PartView(RevolutionScan(points, triangles, pose, sigma), reach_px)

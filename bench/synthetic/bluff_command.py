@@ -25,7 +25,7 @@ from bench.synthetic.axis_parts import FAMILIES
 from bench.synthetic.bluff_table import Tally, Verdict, by, tally, verdict
 from burrscan.axis import METHODS
 from burrscan.documents import json_text
-from burrscan.files import written_whole
+from burrscan.files import write_text
 from burrscan.variants import resolve
 
 HEADS = ("parts", "views", "refused", "good refused", "flagged", "given", "off > 1°", "> 5 σ", "95 % hold")
@@ -109,8 +109,7 @@ def _write(path: Path, document: dict[str, object]) -> None:
     if path == _STANDARD_OUTPUT:
         sys.stdout.write(json_text(document))
         return
-    with written_whole(path) as beside:
-        beside.write_text(json_text(document), "utf-8")
+    write_text(path, json_text(document))
 
 
 def _positive(text: str) -> int:

@@ -8,7 +8,7 @@ from bench.synthetic.revolution import RidgeBurr
 from burrscan.arrays import Floats
 
 
-def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float, step: float = 1e-5) -> tuple[float, float]:
+def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float) -> tuple[float, float]:
     """Bound of height, mm, and angle, degrees, of a triangular ridge of unknown height, place, slant, width.
 
     Parameters
@@ -19,8 +19,6 @@ def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float, step: float =
         The true burr; the surface beneath it and its ends are taken as known.
     sigma_mm
         Noise along the normal.
-    step
-        Relative step of the differences.
 
     Returns
     -------
@@ -40,7 +38,7 @@ def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float, step: float =
         [1.0 - np.abs(x) / half, slope, slope * z, burr.height_mm * np.abs(x) / half**2], axis=1
     )
     scale = np.linalg.norm(jacobian, axis=0)
-    if not (scale > 0.0).all() or np.linalg.cond(jacobian / scale) > 1.0 / step:
+    if not (scale > 0.0).all() or np.linalg.cond(jacobian / scale) > 1e5:
         return float("inf"), float("inf")
     covariance = sigma_mm**2 * np.linalg.inv(jacobian.T @ jacobian)
     return float(np.sqrt(covariance[0, 0])), float(np.sqrt(covariance[1, 1]))

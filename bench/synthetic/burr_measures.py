@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from bench.synthetic.burr_table import SIGMA_MM, WITHIN_DEG, Tally, angle_error_deg
-from bench.synthetic.grids import Disturbance, grid_scan
-from bench.synthetic.revolution import RevolutionScan, RidgeBurr
+from bench.synthetic.grids import grid_scan
+from bench.synthetic.revolution import Disturbance, RevolutionScan, RidgeBurr
 from burrscan.api import inspect_mesh
 from burrscan.axis.basis import origin_mm
 from burrscan.inspection import Burr, Inspection, Value
@@ -29,13 +30,9 @@ class MeasureRow:
     side: str
     runs: int = 0
     found: int = 0
-    quantities: dict[str, Tally] = field(default_factory=dict)
+    quantities: defaultdict[str, Tally] = field(default_factory=lambda: defaultdict(Tally))
     normal_deg: list[float] = field(default_factory=list)
     off_mm: list[float] = field(default_factory=list)
-
-    def add(self, name: str, found: Value, true: float) -> None:
-        """Count one quantity of a burr that was found."""
-        self.quantities.setdefault(name, Tally()).add(found, true)
 
 
 def measure_rows(seeds: int) -> Iterator[MeasureRow]:
@@ -68,14 +65,14 @@ def _measured(
     length = (ENDS_MM[1] - ENDS_MM[0]) * float(np.hypot(1.0, slope))
     radius = 90.0 + slope * (0.5 * sum(ENDS_MM) + 12.0)
     width, height = np.radians(burr.width_deg) * radius, abs(burr.height_mm)
-    row.add("angle_deg", Value(angle_error_deg(scan, found, burr), found.angle_deg.sigma), 0.0)
-    row.add("height_mm", found.height_mm, height)
-    row.add("width_mm", found.width_mm, width)
-    row.add("area_mm2", found.area_mm2, 0.5 * height * width)
-    row.add("length_mm", found.length_mm, length)
-    row.add("volume_mm3", found.volume_mm3, 0.5 * height * width * length)
+    row.quantities["angle_deg"].add(Value(angle_error_deg(scan, found, burr), found.angle_deg.sigma), 0.0)
+    row.quantities["height_mm"].add(found.height_mm, height)
+    row.quantities["width_mm"].add(found.width_mm, width)
+    row.quantities["area_mm2"].add(found.area_mm2, 0.5 * height * width)
+    row.quantities["length_mm"].add(found.length_mm, length)
+    row.quantities["volume_mm3"].add(found.volume_mm3, 0.5 * height * width * length)
     for end, true in zip(_ends(scan, inspection, found), ENDS_MM, strict=True):
-        row.add("end_mm", end, true)
+        row.quantities["end_mm"].add(end, true)
     row.normal_deg.append(_normal_error_deg(scan, found, burr, slope))
     row.off_mm.append(_height_off_mm(scan, found, slope))
 

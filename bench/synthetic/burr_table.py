@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from bench.synthetic.burr_bound import cramer_rao
-from bench.synthetic.grids import Disturbance, grid_scan
-from bench.synthetic.revolution import RevolutionScan, RidgeBurr
+from bench.synthetic.grids import grid_scan
+from bench.synthetic.revolution import Disturbance, RevolutionScan, RidgeBurr
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
@@ -29,7 +30,7 @@ MEAN_RADIUS_MM = 91.22
 """Of the stepped wheel, along its curve: where a burr all along it has its mean cross-section."""
 CLEAN: tuple[tuple[str, float, Disturbance], ...] = (
     *(("independent", arc, Disturbance(s)) for arc in (140.0, 60.0) for s in (0.05, 0.2, 1.0)),
-    *(("correlated", arc, Disturbance(s, correlated=True)) for arc in (140.0, 60.0) for s in (0.05, 0.2)),
+    *(("correlated", arc, Disturbance(s, correlated_over=3)) for arc in (140.0, 60.0) for s in (0.05, 0.2)),
     *(("5 % outliers", arc, Disturbance(0.2, outlier_share=0.05)) for arc in (140.0, 60.0)),
 )
 """Kinds of noise on wheels without a burr."""
@@ -63,12 +64,8 @@ class Row:
     runs: int = 0
     found: int = 0
     false: int = 0
-    quantities: dict[str, Tally] = field(default_factory=dict)
+    quantities: defaultdict[str, Tally] = field(default_factory=lambda: defaultdict(Tally))
     bounds: list[tuple[float, float]] = field(default_factory=list)
-
-    def add(self, name: str, found: Value, true: float) -> None:
-        """Count one quantity of a burr that was found."""
-        self.quantities.setdefault(name, Tally()).add(found, true)
 
 
 def found_rows(seeds: int) -> Iterator[Row]:
@@ -100,9 +97,9 @@ def _count(row: Row, turns: tuple[float, float], seed: int) -> None:
 
 def _measured(row: Row, found: Burr, angle_error_deg: float, burr: RidgeBurr) -> None:
     area = 0.5 * burr.height_mm * np.radians(burr.width_deg) * MEAN_RADIUS_MM
-    row.add("angle_deg", Value(angle_error_deg, found.angle_deg.sigma), 0.0)
-    row.add("height_mm", found.height_mm, burr.height_mm)
-    row.add("area_mm2", found.area_mm2, area)
+    row.quantities["angle_deg"].add(Value(angle_error_deg, found.angle_deg.sigma), 0.0)
+    row.quantities["height_mm"].add(found.height_mm, burr.height_mm)
+    row.quantities["area_mm2"].add(found.area_mm2, area)
 
 
 def angle_error_deg(scan: RevolutionScan, found: Burr, burr: RidgeBurr) -> float:

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from bench.synthetic.revolution import reached
 from burrscan.arrays import Floats, Ints32
 
 Mesh = tuple[Floats, Ints32]
@@ -30,17 +31,22 @@ def turned(outline_zr: Floats, *, around: int = _AROUND, lift: Lift | None = Non
         Of z and r of the outline (N, 1) and angles (1, M): what the radius is multiplied by, (N, M).
 
     """
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline_zr, axis=0).T))])
+    length = reached(outline_zr)
     at = np.unique(np.concatenate([np.linspace(0.0, length[-1], _ALONG), length]))
     z, r = (np.interp(at, length, column)[:, None] for column in outline_zr.T)
     angle = np.arange(around)[None] * 2.0 * np.pi / around
     radius = r * (np.ones_like(angle) if lift is None else lift(z, r, angle))
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z + 0.0 * radius], axis=-1)
-    row, column = np.meshgrid(np.arange(len(at) - 1), np.arange(around), indexing="ij")
+    return points.reshape(-1, 3), ring_faces(len(at), around)
+
+
+def ring_faces(rings: int, around: int) -> Ints32:
+    """Triangles between closed rings of so many vertices each, the rings one after the other."""
+    row, column = np.meshgrid(np.arange(rings - 1), np.arange(around), indexing="ij")
     here, ahead = row * around + column, row * around + (column + 1) % around
     first = np.stack([here, ahead, here + around], axis=-1).reshape(-1, 3)
     second = np.stack([ahead, ahead + around, here + around], axis=-1).reshape(-1, 3)
-    return points.reshape(-1, 3), np.concatenate([first, second]).astype(np.int32)
+    return np.concatenate([first, second]).astype(np.int32)
 
 
 def closed(points_zr: list[tuple[float, float]]) -> Floats:
@@ -82,15 +88,20 @@ def plate(rng: Random) -> Mesh:
 def vase(rng: Random) -> Mesh:
     """A waved body, hollow from above to some depth, walls of 2 to 6 mm."""
     tall, wall = rng.uniform(60.0, 220.0), rng.uniform(2.0, 6.0)
-    z = np.linspace(-0.5, 0.5, 60)
-    waves = rng.uniform(5.0, 18.0) * np.sin(rng.uniform(3.0, 8.0) * z + rng.uniform(0.0, 6.0))
-    waves += rng.uniform(0.0, 5.0) * np.sin(15.0 * z + rng.uniform(0.0, 6.0))
-    r = np.maximum(rng.uniform(35.0, 55.0) + waves, 10.0)
+    z, r = waved(rng)
     inside = z[::-1] > rng.uniform(-0.4, 0.3)
     inner = np.stack([tall * z[::-1][inside], np.maximum(r[::-1][inside] - wall, 4.0)], axis=1)
     outer = np.stack([tall * z, r], axis=1)
     ends = (outer[0, 0], 0.0), (inner[-1, 0], 0.0)
     return turned(closed([ends[0], *map(tuple, outer), *map(tuple, inner), ends[1]]))
+
+
+def waved(rng: Random) -> tuple[Floats, Floats]:
+    """A waved outline: z from -0.5 to 0.5, and radii, mm."""
+    z = np.linspace(-0.5, 0.5, 60)
+    waves = rng.uniform(5.0, 18.0) * np.sin(rng.uniform(3.0, 8.0) * z + rng.uniform(0.0, 6.0))
+    waves += rng.uniform(0.0, 5.0) * np.sin(15.0 * z + rng.uniform(0.0, 6.0))
+    return z, np.maximum(rng.uniform(35.0, 55.0) + waves, 10.0)
 
 
 def cylinder(rng: Random) -> Mesh:

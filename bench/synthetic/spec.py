@@ -9,8 +9,16 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from bench.synthetic.grids import MIDDLE_RADIUS_MM, Disturbance, grid_scan
-from bench.synthetic.revolution import SHAPES, RevolutionScan, RidgeBurr, profile_of, revolution_scan
+from bench.synthetic.grids import MIDDLE_RADIUS_MM, grid_scan
+from bench.synthetic.revolution import (
+    SHAPES,
+    Disturbance,
+    RevolutionScan,
+    RidgeBurr,
+    profile_of,
+    reached,
+    revolution_scan,
+)
 from burrscan.arrays import Floats
 from burrscan.documents import STRICT, build
 from burrscan.errors import InputError
@@ -23,32 +31,6 @@ MESH_VERSION = 1
 Count = Annotated[int, Field(ge=4, le=20_000)]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
-
-
-@dataclass(frozen=True)
-class RidgeSpec:
-    """A ridge of triangular cross-section parallel to the axis, in the part frame.
-
-    Parameters
-    ----------
-    angle_deg
-        Its middle; the middle of the arc that the scan shows is at 0.
-    height_mm
-        Along the normal of the surface; 0 for none.
-    width_deg
-        Of its base.
-    z_start_mm, z_end_mm
-        Extent along the axis.
-
-    """
-
-    __pydantic_config__ = STRICT
-
-    angle_deg: float = 10.0
-    height_mm: NotNegative = 2.0
-    width_deg: Positive = 0.6
-    z_start_mm: float = -30.0
-    z_end_mm: float = 30.0
 
 
 @dataclass(frozen=True)
@@ -92,7 +74,7 @@ class MeshSpec:
     outlier_share: Annotated[float, Field(ge=0.0, le=0.9)] = 0.0
     scale: Positive = 1.0
     grid_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
-    burr: tuple[RidgeSpec, ...] = ()
+    burr: tuple[RidgeBurr, ...] = ()
 
     @property
     def profile_zr_mm(self) -> Floats:
@@ -101,7 +83,7 @@ class MeshSpec:
         return self.scale * polyline
 
     @property
-    def burrs(self) -> tuple[RidgeSpec, ...]:
+    def burrs(self) -> tuple[RidgeBurr, ...]:
         """Those that have a height."""
         return tuple(burr for burr in self.burr if burr.height_mm > 0.0)
 
@@ -132,11 +114,8 @@ def mesh_hash(document: Mapping[str, Any]) -> str:
 
 def scanned(spec: MeshSpec, *, identity: tuple[int, ...]) -> RevolutionScan:
     """The mesh: pose, noise and outliers are drawn from the identity's own stream."""
-    burrs = tuple(
-        RidgeBurr(b.angle_deg, b.height_mm, b.width_deg, b.z_start_mm, b.z_end_mm) for b in spec.burrs
-    )
     if spec.grid_deg is not None:
-        return _turned_grid(spec, spec.grid_deg, identity, burrs)
+        return _turned_grid(spec, spec.grid_deg, identity)
     return revolution_scan(
         spec.profile_zr_mm / spec.scale,
         arc_deg=spec.arc_deg,
@@ -144,26 +123,23 @@ def scanned(spec: MeshSpec, *, identity: tuple[int, ...]) -> RevolutionScan:
         sigma_mm=spec.sigma_mm,
         correlated_over=spec.correlated_over,
         seed=identity,
-        burrs=burrs,
+        burrs=spec.burrs,
         scale=spec.scale,
         outlier_share=spec.outlier_share,
     )
 
 
-def _turned_grid(
-    spec: MeshSpec, turn_deg: float, identity: tuple[int, ...], burrs: tuple[RidgeBurr, ...]
-) -> RevolutionScan:
+def _turned_grid(spec: MeshSpec, turn_deg: float, identity: tuple[int, ...]) -> RevolutionScan:
     """A square grid of about as many cells as the spec's rows and columns have, at an angle to the axis."""
     outline = spec.profile_zr_mm
     around_mm = float(np.radians(spec.arc_deg)) * MIDDLE_RADIUS_MM
-    along_mm = float(np.hypot(*np.diff(outline, axis=0).T).sum())
     cells = (spec.around - 1) * (spec.along - 1)
     return grid_scan(
         outline,
         turn_deg=turn_deg,
-        noise=Disturbance(spec.sigma_mm, spec.correlated_over > 1, spec.outlier_share),
+        noise=Disturbance(spec.sigma_mm, spec.correlated_over, spec.outlier_share),
         seed=identity,
         arc_deg=spec.arc_deg,
-        burrs=burrs,
-        spacing_mm=float(np.sqrt(around_mm * along_mm / cells)),
+        burrs=spec.burrs,
+        spacing_mm=float(np.sqrt(around_mm * reached(outline)[-1] / cells)),
     )

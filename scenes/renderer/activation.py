@@ -14,20 +14,18 @@ from types import ModuleType
 from typing import Any
 
 from burrscan.errors import InputError
-from scenes.renderer.choice import VARIANT_VARIABLE, Channels, Renderer, choose
+from scenes.renderer.choice import VARIANT_VARIABLE, Renderer, choose
 from scenes.renderer.libraries import PATH_VARIABLE
 from scenes.renderer.threads import default_threads
 
 _LOG = logging.getLogger("burrscan.renderer")
 
 
-def activate(*, channels: Channels = "mono", threads: int | None = None) -> ModuleType:
+def activate(*, threads: int | None = None) -> ModuleType:
     """Import Mitsuba with the chosen variant switched on.
 
     Parameters
     ----------
-    channels
-        As for :func:`choose`.
     threads
         Threads of the renderer; by default ``BURRSCAN_THREADS``, else as many as this process may use.
         Results do not depend on it.
@@ -43,7 +41,7 @@ def activate(*, channels: Channels = "mono", threads: int | None = None) -> Modu
         As :func:`choose`; and when Mitsuba was imported before, with another library than the one that works.
 
     """
-    renderer = choose(channels=channels)
+    renderer = choose()
     if not renderer.vectorised and not os.environ.get(VARIANT_VARIABLE):
         _warn_once(f"Rendering with {renderer.variant}, which is slow: {renderer.reason}")
     mitsuba, drjit = _imported(renderer)

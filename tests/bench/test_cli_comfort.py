@@ -98,11 +98,9 @@ def test_version_and_verbosity(rod: str, capsys: pytest.CaptureFixture[str], tmp
 def test_tables_follow_the_width_and_cut_nothing(
     width: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = tables.plain_table()
     heads = ["side", "angle deg", "height mm", "significance", "verdict"]
     cells = ["protrusion", "123.45 ± 0.01", "1.2345 ± 0.0123", "1234.5", "above"]
-    for head in heads:
-        table.add_column(head, no_wrap=True)
+    table = tables.plain_table(heads)
     table.add_row(*cells)
     monkeypatch.setattr(
         tables, "Console", lambda: Console(width=width, force_terminal=True, color_system=None)

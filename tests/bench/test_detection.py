@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import math
+import re
 from dataclasses import replace
-from xml.etree import ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,16 +14,15 @@ from scipy.special import expit
 from scipy.stats import norm
 
 from bench.detection import (
-    chart,
     detection,
     detections,
     fit_hit_miss,
     fit_signal,
     sections,
-    sizes_told,
 )
 from bench.detection.curve import PodCurve
 from bench.detection.records import of_one_size
+from bench.report import build_detection
 from bench.run.records import Failure, Record
 from bench.statistics.share import share_bounds
 from burrscan.arrays import Bools, Floats
@@ -216,13 +217,20 @@ def test_a_burr_called_without_a_height_is_found_and_has_no_size() -> None:
         assert new.curve.a90 == old.curve.a90
 
 
-def test_the_chart_states_false_calls_beside_every_curve() -> None:
+def test_the_page_states_false_calls_and_sizes_beside_every_curve(tmp_path: Path) -> None:
     found = detections(records())
-    svg = chart(found)
-    ET.fromstring(str(svg))  # noqa: S314 (our own text)
-    assert svg.count("false calls per wheel") == 2
-    assert all(sizes_told(item).replace("&", "&amp;") in svg for item in found)
-    assert not chart([])
+    text = build_detection(found, tmp_path / "pod.html").read_text("utf-8")
+    pictures = re.findall("<svg class=.plot.*?</svg></svg>|<svg class=.plot.*?</text></svg>", text, re.DOTALL)
+    assert sum(picture.count('class="curve"') for picture in pictures) == 2
+    rows = re.findall(r"<tr><th><span.*?</tr>", text)
+    for item, row in zip(found, rows, strict=True):
+        assert item.curve is not None
+        assert f">{item.name}<" in row
+        assert f"<td>{item.false_calls_per_wheel:.2f}<" in row
+        for size in (item.curve.a50, item.curve.a90, item.curve.a90_95):
+            assert f"<td>{html.escape(item.curve.told(size))}</td>" in row
+    with pytest.raises(InputError, match="nothing to detect"):
+        build_detection([], tmp_path / "none.html")
 
 
 def test_each_variant_has_its_own_finds() -> None:

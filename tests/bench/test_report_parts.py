@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from bench.compare import ArmComparison, GateOutcome, Verdict, compare_runs
+from bench.compare.text import aside
 from bench.detection.hit_miss import fit_hit_miss
 from bench.report import build_report
 from bench.report.forest import WIDTH, forest
-from bench.report.goals import goals
+from bench.report.goals import goals, measured, wanted, where
 from bench.report.headline import changes, ranking, winner
 from bench.report.heat import heat_views
-from bench.report.matrix import matrix
 from bench.report.pod import pod_groups, told_sizes
 from bench.report.sides import Panel, paired_panels, sides_of
 from bench.report.strips import strips
-from bench.report.summary import score_row, time_rows, verdict
+from bench.report.summary import matrix, score_row, time_rows, verdict
 from bench.report.worst import worst_of
 from bench.run import Record, load_run
 from tests.bench.report_run import made_up_run
@@ -39,36 +39,38 @@ def test_goals_are_met_and_missed_by_the_records(three: Panel) -> None:
     """Adaptive covers 0.93 on the average; fixed 0.40 where polished, once failed; again is within bounds."""
     found = goals([("", three.sides[0].run)])
     assert found is not None
-    assert [line.cells[0].sign for line in found.lines] == ["✓", "✗", "✓"]
-    assert [line.wanted for line in found.lines] == ["≥ 90.00", "≥ 90.00", "0.0010 to 0.5000"]
-    assert [line.where for line in found.lines] == ["all", "finish polished", "all"]
-    assert [line.cells[0].cases for line in found.lines] == [6, 2, 6]
-    assert found.lines[0].cells[0].measured == "93.33"  # (93 + 92 + 91 + 90 + 97.5 + 96.5) / 6
-    assert found.lines[1].cells[0].measured == "20.00"  # nothing, and 0.40
-    assert (found.met, found.open, found.missed) == (2, 0, "coverage")
+    assert [row.met for row in found.last] == [True, False, True]
+    assert [wanted(row) for row in found.last] == ["≥ 90.00", "≥ 90.00", "0.0010 to 0.5000"]
+    assert [where(row) for row in found.last] == ["all", "finish polished", "all"]
+    assert [row.cases for row in found.last] == [6, 2, 6]
+    assert measured(found.last[0]) == "93.33"  # (93 + 92 + 91 + 90 + 97.5 + 96.5) / 6
+    assert measured(found.last[1]) == "20.00"  # nothing, and 0.40
+    assert found.missed == "coverage"
+    assert not any(row.open for row in found.last)
 
 
 def test_goals_that_no_case_is_about_are_open(tmp_path: Path) -> None:
     run = load_run(made_up_run(tmp_path / "run", many=True, pictures=False, stop_after=0))
     found = goals([("", run)])
     assert found is not None
-    assert (found.met, found.open, found.missed) == (0, 3, "")
+    assert [(row.met, row.open) for row in found.last] == [(False, True)] * 3
+    assert found.missed == ""
 
 
 def test_many_variants_are_one_table_with_the_verdicts_of_the_comparison(three: Panel) -> None:
     table = matrix(three, ["coverage", "frames"])
-    assert [(line.label, line.failed) for line in table.lines] == [
+    assert [(side.label, side.failed) for side in three.sides] == [
         ("fixed", 1),
         ("adaptive", 0),
         ("again", 0),
     ]
     verdicts = {arm.new: {row.metric: row.verdict for row in arm.rows} for arm in three.arms}
-    for line in table.lines[1:]:
-        for metric, cell in zip(("coverage", "frames"), line.cells, strict=True):
-            verdict = verdicts[line.label][metric]
+    for metric, row in zip(("coverage", "frames"), table, strict=True):
+        for side, cell in zip(three.sides[1:], row.cells[1:], strict=True):
+            verdict = verdicts[side.label][metric]
             assert cell.verdict == (verdict if verdict in {"better", "worse"} else "")
-    assert [line.cells[0].best for line in table.lines] == [False, True, False]
-    assert table.lines[0].cells[0].verdict == ""
+    assert [cell.best for cell in table[0].cells] == [False, True, False]
+    assert table[0].cells[0].verdict == ""
 
 
 def test_the_ranking_counts_the_gated_verdicts(three: Panel) -> None:
@@ -136,7 +138,8 @@ def test_a_verdict_of_every_case_does_not_claim_its_interval(three: Panel) -> No
     (told,), (shown,) = (changes([replace(arm, rows=(one,))]) for one in (decided, tested))
     assert told.sure == f"in all {row.pairs} cases"
     assert shown.sure == "99.5 %: +10.00 to +60.00"
-    assert forest(replace(arm, rows=(decided,))).rows[0].aside == "better in every case"
+    assert aside(decided) == "better in every case"
+    assert [row for row, _ in forest(replace(arm, rows=(decided,))).rows] == [decided]
 
 
 def _with_verdicts(arm: ArmComparison, *verdicts: Verdict) -> ArmComparison:
@@ -231,7 +234,7 @@ def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_
         for r in run.records
     )
     sides = sides_of(replace(run, records=records))
-    groups = {group.title: group.charts for group in pod_groups(Panel("", sides, ()))}
+    groups = pod_groups(Panel("", sides, ()))
     assert list(groups) == ["By finish", "By the burr's section"]
     assert [chart.title for chart in groups["By finish"]] == ["polished", "turned", "matte"]
     found = {chart.title: [row.found for row in chart.rows] for chart in groups["By the burr's section"]}
@@ -240,7 +243,7 @@ def test_detection_is_told_by_finish_and_by_the_burrs_section(three: Panel, tmp_
         burrs = [burr for r in adaptive for burr in r.burrs if burr["section"] == name]
         assert rows[1] == f"{sum(bool(burr['found']) for burr in burrs)}/{len(burrs)}"
     assert set(found) == {"flake", "rolled"}
-    assert [group.title for group in pod_groups(three)] == ["By finish"]
+    assert list(pod_groups(three)) == ["By finish"]
     page = build_report(made_up_run(tmp_path / "run"))
     assert "By finish: polished, turned, matte" in page.read_text("utf-8")
 
@@ -251,7 +254,7 @@ def test_where_d_prime_is_known_detection_is_drawn_over_it(three: Panel) -> None
         replace(r, burrs=tuple({**burr, "dprime": 5.0 if burr["found"] else 50.0} for burr in r.burrs))
         for r in run.records
     )
-    groups = {g.title: g.charts for g in pod_groups(Panel("", sides_of(replace(run, records=strong)), ()))}
+    groups = pod_groups(Panel("", sides_of(replace(run, records=strong)), ()))
     (chart,) = groups["By detectability"]
     assert chart.unit == "d'"
     assert "dprime" in chart.picture

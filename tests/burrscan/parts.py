@@ -70,7 +70,7 @@ def scattered_scan(
     z, r = (place + (lift + sigma_mm * rng.normal(size=vertices))[:, None] * normal).T
     pose = random_pose(rng)
     points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1) @ pose[:3, :3].T + pose[:3, 3]
-    return RevolutionScan(points, np.empty((0, 3), np.int32), pose[:3, 3], pose[:3, 2], pose, sigma_mm)
+    return RevolutionScan(points, np.empty((0, 3), np.int32), pose, sigma_mm)
 
 
 def whole_wheel(profile: Floats, *, around: int = 360) -> tuple[Floats, Ints32]:

@@ -8,7 +8,7 @@ import pytest
 from burrscan import InputError
 from burrscan.calibration.photometric import Photometry, calibrate_photometry
 from burrscan.calibration.ramps import ExposureRamp, LevelRamp, ramp_exposures_ms, tiles_of
-from scenes.ramps import RampBench
+from tests.burrscan.ramp_bench import RampBench
 
 CAMERA_MIX = np.array([[1.0, 0.12, 0.03], [0.08, 1.0, 0.10], [0.02, 0.15, 1.0]])
 PROJECTOR_MIX = np.array([[1.0, 0.06, 0.01], [0.10, 1.0, 0.07], [0.02, 0.09, 1.0]])

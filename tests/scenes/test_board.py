@@ -15,11 +15,14 @@ from burrscan.calibration.board import Board
 from burrscan.calibration.photometric import calibrate_photometry
 from burrscan.calibration.ramps import ExposureRamp, LevelRamp, ramp_exposures_ms
 from burrscan.captures.folder import read_rig
+from burrscan.captures.gray_folder import plain_gray_patterns
+from burrscan.captures.png import write_grey
 from burrscan.rig import Rig
-from scenes.board import BoardSpec, board_images, board_light, board_poses, write_board_capture
+from scenes.board import BoardSpec, board_images, board_light, board_poses
 from scenes.electronics.spec import CameraSpec, ProjectorSpec
 from scenes.renderer import activate
 from scenes.rig import DeviceSpec, RigSpec
+from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
 
 BOARD = Board(9, 6, 20.0)
@@ -44,13 +47,28 @@ def values(rig: Rig) -> Floats:
     return np.concatenate([*devices, turn, rig.T_projector_camera[:3, 3]])
 
 
+def written(folder: Path, light: LightTransport, identity: tuple[int, ...] = (0,)) -> Path:
+    """A board recorded as a plain Gray-code folder (:mod:`burrscan.captures.gray_folder`)."""
+    folder.mkdir()
+    height, width = light.projector_shape
+    images = board_images(
+        light,
+        plain_gray_patterns(width=width, height=height).frames,
+        camera=CameraSpec(),
+        projector=ProjectorSpec(),
+        exposure_ms=20.0,
+        identity=identity,
+    )
+    for i, image in enumerate(images):
+        write_grey(folder / f"graycode_{i:02d}.png", image)
+    return folder
+
+
 def test_calibrate_recovers_the_true_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The whole command on rendered captures: 22 parameters within their joint uncertainty (chi², z < 4)."""
     poses = board_poses(BOARD, count=6, seed=1, standoff_mm=600.0, reach_mm=20.0)
     folders = [
-        write_board_capture(
-            tmp_path / str(i), board_light(BoardSpec(BOARD), pose, optics(), seed=i), identity=(i,)
-        )
+        written(tmp_path / str(i), board_light(BoardSpec(BOARD), pose, optics(), seed=i), identity=(i,))
         for i, pose in enumerate(poses)
     ]
     out, report = tmp_path / "rig.json", tmp_path / "report.json"
@@ -68,7 +86,7 @@ def test_calibrate_recovers_the_true_rig(tmp_path: Path, capsys: pytest.CaptureF
 def test_a_view_without_the_board_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pose = board_poses(BOARD, count=1, seed=0, standoff_mm=600.0, reach_mm=0.0)[0]
     even = board_light(BoardSpec(BOARD, black=0.8), pose, optics())
-    folder = write_board_capture(tmp_path / "even", even)
+    folder = written(tmp_path / "even", even)
     asked = ["calibrate", str(folder), "--board", "9x6", "--square", "20", "--gray", "256x192"]
     assert main([*asked, "--out", str(tmp_path / "rig.json")]) == 2
     told = capsys.readouterr().err

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bench.synthetic.revolution import revolution_scan, sphere_profile
+from bench.synthetic.revolution import profile_of, revolution_scan
 from burrscan.axis import find_axis
 
 
@@ -29,7 +29,7 @@ def test_noise_of_a_small_mesh_feigns_no_axis(profile: str, shape: tuple[int, in
 
 def test_what_is_nearly_a_sphere_has_an_axis() -> None:
     """A spheroid longer by 0.5 %, 0.45 mm at σ = 0.05 mm: nine sigma at the poles, seen by 62,000 points."""
-    scan = revolution_scan(sphere_profile() * [1.005, 1.0], arc_deg=360.0, sigma_mm=0.05, seed=2)
+    scan = revolution_scan(profile_of("sphere") * [1.005, 1.0], arc_deg=360.0, sigma_mm=0.05, seed=2)
     axis = find_axis(scan.vertices_mm, scan.faces)
     assert axis.undetermined == ()
     assert scan.angle_error_deg(axis.direction) < 4.0 * axis.sigma_deg < 2.0
