@@ -34,7 +34,7 @@ _PATHS_A_HIT = 8
 variance of interreflected light, and finding the surface there for each took a fifth of the time."""
 _RATE = 0.6
 """The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
-_PILOT_RATIO = 4.0
+_PILOT_RATIO = 3.0
 """Scatter of single paths, in errors aimed at, that the pilot's 16 independent paths bring below it."""
 _DIM = 1e-3
 """Share of the bright pixels' light below which the error allowed grows as the root of light falls, as that
