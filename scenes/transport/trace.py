@@ -32,7 +32,7 @@ def trace(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-    error: float = 0.028,
+    error: float = 0.03,
     most: int = 1024,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
