@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -159,11 +159,13 @@ def field_of(
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     counts = inner(faces, len(vertices_mm))[valid]
-    field = _gridded(
-        line, known, profile.angle[valid], np.nan_to_num(stated[valid]), counts, _finest(profile)
-    )
-    return replace(
-        field,
+    return _gridded(
+        line,
+        known,
+        profile.angle[valid],
+        np.nan_to_num(stated[valid]),
+        counts,
+        _finest(profile),
         vertex=np.flatnonzero(valid),
         without_curve=past_ends(profile.z_mm, profile.r_mm, line, foot),
     )
@@ -183,7 +185,15 @@ def _finest(profile: Profile) -> float:
 
 
 def _gridded(
-    line: Polyline, foot: Foot, angle: Floats, stated: Floats, counts: Bools, finest: float
+    line: Polyline,
+    foot: Foot,
+    angle: Floats,
+    stated: Floats,
+    counts: Bools,
+    finest: float,
+    *,
+    vertex: Ints,
+    without_curve: Bools,
 ) -> Field:
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
@@ -219,8 +229,8 @@ def _gridded(
         local,
         stated,
         doubtful,
-        np.arange(len(angle)),
-        np.zeros(len(angle), dtype=np.bool_),
+        vertex,
+        without_curve,
     )
 
 

@@ -100,7 +100,7 @@ def guide_of(pixels: Ints, finds: Finds, shape: tuple[int, int]) -> Guide:
     frames = np.stack([middle, side], axis=1)
     spread = doubt[:, None] * _BROAD**2 + (1.0 - doubt[:, None]) * np.maximum(variances[:, 1::-1], 0.0)
     half = np.minimum(_SIGMAS * np.sqrt(spread), _WIDEST)
-    return Guide(tiles, known, frames.astype(np.float32), *_cut(windows, *rows, frames, half, doubt, _BELL))
+    return Guide(tiles, known, frames.astype(np.float32), *_cut(windows, *rows, frames, half, doubt))
 
 
 def _windows(top: Ints, left: Ints, shape: tuple[int, int]) -> Ints:
@@ -150,7 +150,6 @@ def _cut(
     frames: Floats,
     half: Floats,
     doubt: Floats,
-    bell: Floats,
 ) -> tuple[Floats32, Floats32]:
     """Edges of the strips, and of the cells in each, between which a window's light is split evenly."""
     count = len(windows)
@@ -162,7 +161,7 @@ def _cut(
         for y in range(top, bottom):
             first, last = starts[y * width + left], starts[y * width + right]
             _add(table, paths[first:last], light[first:last], directions, frames[t], half[t])
-        _mix(table, doubt[t], bell)
+        _mix(table, doubt[t])
         edges = np.empty(STRIPS + 1)
         _split(table.sum(axis=1), edges)
         across[t] = half[t, 0] * (edges * (2.0 / _BINS) - 1.0)
@@ -194,7 +193,7 @@ def _add(
 
 
 @nb.njit(cache=True)
-def _mix(table: Floats, doubt: float, bell: Floats) -> None:
+def _mix(table: Floats, doubt: float) -> None:
     """Make a histogram a density: smoothed, with the bell of a doubtful guide, and a part that is even."""
     for _ in range(_SMOOTHINGS):
         for i in range(_BINS):
@@ -207,7 +206,7 @@ def _mix(table: Floats, doubt: float, bell: Floats) -> None:
         doubt = 1.0
     for i in range(_BINS):
         for j in range(_BINS):
-            learnt = table[i, j] + doubt * bell[i] * bell[j]
+            learnt = table[i, j] + doubt * _BELL[i] * _BELL[j]
             table[i, j] = (1.0 - _EVEN) * learnt + _EVEN / _BINS**2
 
 

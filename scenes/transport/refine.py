@@ -180,7 +180,7 @@ class _Refined:
         self._pixel, self._bits = words(pixels), words(np.log2(nets))
         self._first = words(np.cumsum(samples) - samples)
         self._slot = words(np.repeat(np.arange(len(pixels)), samples))
-        # no round may use another's numbers: what it aims at depends on what those found
+        # no round may use another's numbers: its guides depend on what those found
         self._seed = mi.sample_tea_32(dr.opaque(mi.UInt32, seed), dr.opaque(mi.UInt32, int(learn)))[0]
         self._salt = mi.sample_tea_32(self._seed, mi.UInt32(_PATHS))[0]
         self._guides = [

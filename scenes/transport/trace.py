@@ -153,7 +153,9 @@ def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats
 
 def _images(parts: Sequence[tuple[Ints, Floats32]], shape: tuple[int, int]) -> Floats:
     """Values (frames, P) of flat pixels as images; of several for one pixel the last holds."""
-    return np.stack([_image([(pixels, values[k]) for pixels, values in parts], shape) for k in range(3)])
+    return np.stack(
+        [_image([(pixels, values[k]) for pixels, values in parts], shape) for k in range(len(parts[0][1]))]
+    )
 
 
 def _image(
