@@ -10,7 +10,7 @@ from burrscan.arrays import Floats
 from scenes.transport.arrivals import Finds
 from scenes.transport.guide import guide_of
 from scenes.transport.rows import SparseRows
-from scenes.transport.turn import CELLS, STRIPS, Guided, turned
+from scenes.transport.turn import CELLS, STRIPS, Guided, _density, turned
 
 _SHAPE = (3, 5)
 """Pixels of the camera, which two tiles cover."""
@@ -103,3 +103,24 @@ def test_directions_are_drawn_by_the_density_that_they_are_weighted_by(mi: Any) 
     reflected = weight.numpy().astype(float)
     assert reflected.mean() == pytest.approx(1.0, abs=4.0 * reflected.std() / np.sqrt(count))
     assert reflected.max() < 2.0 + 1e-3  # the half that follows the reflection bounds every weight
+
+
+def test_a_guides_density_is_one_over_all_directions(mi: Any) -> None:
+    """Of directions even over a cap that holds the guide whole: to a hundredth, four standard errors."""
+    rng, count, reach = np.random.default_rng(3), 1 << 21, 1.1
+    guide = guide_of(np.array([0]), finds(directions(rng, 3000), np.ones(3000)), _SHAPE)
+    assert np.hypot(np.abs(guide.across[0]).max(), np.abs(guide.along[0]).max()) < reach
+    radius, around = reach * np.sqrt(rng.random(count)), 2.0 * np.pi * rng.random(count)
+    middle, side = guide.frames[0].astype(float)
+    local = (
+        np.stack([np.cos(around), np.sin(around)], axis=1) * (radius * np.sqrt(1.0 - radius**2 / 4))[:, None]
+    )
+    rays = local @ np.stack([side, np.cross(middle, side)]) + (1.0 - radius**2 / 2)[:, None] * middle
+    tables = [mi.Float(table.ravel()) for table in (guide.across, guide.along)]
+    axes = (mi.Vector3f(*axis.tolist()) for axis in guide.frames[0])
+    guided = Guided(mi.Bool(True), *axes, mi.UInt32(0), *tables)
+    density = _density(mi, guided, mi.Vector3f(*np.ascontiguousarray(rays.T.astype(np.float32))))
+    shares = np.pi * reach**2 * density.numpy().astype(float)
+    error = shares.std() / np.sqrt(count)
+    assert error < 0.0025
+    assert shares.mean() == pytest.approx(1.0, abs=4.0 * error)
