@@ -117,8 +117,8 @@ def test_a_guides_density_is_one_over_all_directions(mi: Any) -> None:
     )
     rays = local @ np.stack([side, np.cross(middle, side)]) + (1.0 - radius**2 / 2)[:, None] * middle
     tables = [mi.Float(table.ravel()) for table in (guide.across, guide.along)]
-    axes = (mi.Vector3f(*axis.tolist()) for axis in guide.frames[0])
-    guided = Guided(mi.Bool(True), *axes, mi.UInt32(0), *tables)
+    across, along = (mi.Vector3f(*axis.tolist()) for axis in guide.frames[0])
+    guided = Guided(mi.Bool(True), across, along, mi.UInt32(0), *tables)
     density = _density(mi, guided, mi.Vector3f(*np.ascontiguousarray(rays.T.astype(np.float32))))
     shares = np.pi * reach**2 * density.numpy().astype(float)
     error = shares.std() / np.sqrt(count)
