@@ -61,7 +61,7 @@ class RenderSpec:
         geometric mean of its whole light and what of it goes with stripes: half the error costs three to four
         times the paths. Infinite refines nothing.
     most
-        Further paths that no pixel exceeds, beyond the first 64; a power of two. What they leave is stated
+        Further paths that no pixel exceeds, beyond the first 32; a power of two. What they leave is stated
         with the transport.
 
     """
@@ -72,7 +72,7 @@ class RenderSpec:
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
     error: Annotated[float, Field(gt=0.0)] = 0.03
-    most: Annotated[int, Field(ge=64, le=65536)] = 1024
+    most: Annotated[int, Field(ge=64, le=65536)] = 2048
 
 
 @dataclass(frozen=True)

@@ -156,10 +156,13 @@ class Rendered:
         """Our transport."""
         return trace(self._mi, self._bare, self.optics, seed=seed)
 
-    def reference(self) -> Reference:
-        """Stock Mitsuba's light, with and without interreflections."""
+    def reference(self, samples: int = SAMPLES) -> Reference:
+        """Stock Mitsuba's light, with and without interreflections, ``samples`` paths in each run."""
         white = np.ones((1, *self.optics.rig.projector.shape), np.float32)
-        (whole,), (direct,) = self.stock(white, 3), self.stock(white, 1, samples=DIRECT_SAMPLES)
+        (whole,), (direct,) = (
+            self.stock(white, 3, samples=samples),
+            self.stock(white, 1, samples=DIRECT_SAMPLES),
+        )
         return Reference(
             direct.mean(axis=0),
             whole.mean(axis=0) - direct.mean(axis=0),

@@ -11,13 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numba as nb
 import numpy as np
 
 from burrscan.arrays import Floats32, freeze
 from scenes.transport.rows import SparseRows
 
-_TRANSPOSED = 4096
-"""Pixels of the light that are put in order at a time: with 48 frames half a level-two cache."""
+_FRAMES = 16
+"""Relit together, where every projector pixel has light of its own: a line of the cache for each."""
+_BLOCK = 1024
+"""Projector pixels that are put in order at a time: with their frames an eighth of a level-two cache."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +78,16 @@ class LightTransport:
         """
         frames = light.shape[0]
         columns_only = light.strides[1] == 0
-        table = _transposed(light[:, 0] if columns_only else light.reshape(frames, -1))
+        flat = np.ascontiguousarray(light[:, 0]) if columns_only else light.reshape(frames, -1)
+        together = frames if columns_only else min(_FRAMES, frames)
+        room = np.empty(flat.shape[1] * together, np.float32)
         images = np.zeros((frames, int(np.prod(self.camera_shape))), np.float32)
         period = self.projector_shape[1] if columns_only else 0
-        self.direct.add_product(table, period, images)
-        self.indirect.add_product(table, period, images)
+        for first in range(0, frames, max(together, 1)):
+            some = slice(first, first + together)
+            table = _transposed(flat[some], room)
+            self.direct.add_product(table, period, images[some])
+            self.indirect.add_product(table, period, images[some])
         return images.reshape(frames, *self.camera_shape)
 
     @cached_property
@@ -93,9 +101,13 @@ class LightTransport:
         return self.indirect.row_sums().reshape(self.camera_shape)
 
 
-def _transposed(light: Floats32) -> Floats32:
-    """(P, F) of (F, P), in a seventh of NumPy's time where frames share the sets of a cache (2^k bytes)."""
-    table = np.empty(light.shape[::-1], np.float32)
-    for first in range(0, len(table), _TRANSPOSED):
-        table[first : first + _TRANSPOSED] = light[:, first : first + _TRANSPOSED].T
+@nb.njit(cache=True, parallel=True)
+def _transposed(light: Floats32, room: Floats32) -> Floats32:
+    """(P, F) of (F, P), in ``room``; block by block, for frames may share the sets of a cache (2^k bytes)."""
+    frames, pixels = light.shape
+    table = room[: pixels * frames].reshape(pixels, frames)
+    for block in nb.prange((pixels + _BLOCK - 1) // _BLOCK):
+        for f in range(frames):
+            for p in range(block * _BLOCK, min((block + 1) * _BLOCK, pixels)):
+                table[p, f] = light[f, p]
     return table

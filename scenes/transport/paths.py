@@ -24,6 +24,11 @@ _NUMBERS_A_TURN = 7
 and direction, the projector's lens, and the place within a projector pixel's blur."""
 
 
+def choice_kind(turn: int) -> int:
+    """The kind of random number that says which way a turn's direction is chosen."""
+    return _FIRST_TURN + turn * _NUMBERS_A_TURN
+
+
 class Paths(Protocol):
     """What is known of some paths beforehand."""
 
@@ -111,7 +116,7 @@ def later_surfaces(
     went: list[Any] = []
     path, throughput = dr.arange(mi.UInt32, dr.width(chance.number)), mi.Float(1.0)
     for turn in range(max(bounces - 1, 1)):
-        kind = _FIRST_TURN + turn * _NUMBERS_A_TURN
+        kind = choice_kind(turn)
         uniform = paths.uniform(turn, path) if paths else None
         uniform = uniform or (chance.one(mi, kind), chance.two(mi, kind + 1))
         alive = si.is_valid()

@@ -14,16 +14,17 @@ from scenes.transport.chance import Chance
 from scenes.transport.guide import Guide, guide_of
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
-from scenes.transport.paths import PASS_SAMPLES, Arrival, first_surface, later_surfaces
-from scenes.transport.sobol import DIMENSIONS, point, reversed_nets
+from scenes.transport.paths import PASS_SAMPLES, Arrival, choice_kind, first_surface, later_surfaces
+from scenes.transport.sobol import DIMENSIONS, point, reversed_points
 from scenes.transport.turn import Guided
 
-LEAST_SAMPLES = 64
-"""Fewer than 32 points a replicate are no net worth the name."""
+LEAST_SAMPLES = 32
+"""Of a round. With 64 the guides of the first are hardly better, and the scene ``paper`` takes a sixth
+longer."""
 _PATHS = 0x5EED
 """Sets the paths' random numbers apart from the scrambling of their nets."""
-_LEAST_MORE = LEAST_SAMPLES // 2
-"""Of a later round, whose paths join those of the first."""
+_TURNS = 2
+"""Whose directions are points of the net; the axes after them are the place in the pixel."""
 _MOST_PATHS = 1 << 14
 """Numbers set apart for a pixel's paths. Pixels 2^18 apart share those of lenses and blur, for words have 32
 bits, but no direction of the first two turns: those are Sobol points."""
@@ -94,24 +95,26 @@ def needed_samples(
         Paths that a round gives no pixel more of, a power of two: half the points would be worse nets.
 
     """
-    count = np.maximum(summed(np.ones(seen.shape), seen, itself=False), 1.0)
-    light = direct + np.stack([summed(one, seen) - np.where(seen, one, 0.0) for one in indirect]) / count
-    bright = np.percentile(light[0][seen], 99.0) if seen.any() else 0.0
+    need = np.zeros(seen.shape, np.int64)
+    traced = np.flatnonzero(seen)
+    if not traced.size:
+        return need
+    single, had = variance.flat[traced], refined.flat[traced]
+    count = np.maximum(summed(np.ones(seen.shape), seen, itself=False).flat[traced], 1.0)
+    around = np.stack([summed(one, seen).flat[traced] - one.flat[traced] for one in indirect]) / count
+    light = direct.reshape(3, -1)[:, traced] + around
+    bright = np.percentile(light[0], 99.0)
     whole = np.maximum(light[0], _DARK * bright)
     modulated = np.clip(np.hypot(light[1], light[2]), _LEAST_MODULATED * whole, whole)
     limit = error * np.sqrt(np.maximum(whole, _DIM * bright) * modulated)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False) / count) / limit)
-        alone = np.nan_to_num(np.sqrt(variance / WINDOW**2) / limit)
-    uncertain = (
-        np.where((refined == 0) & (pilot < LEAST_SAMPLES), np.maximum(ratio, alone), ratio) > _PILOT_RATIO
-    )
-    asked = np.flatnonzero(seen & uncertain)
-    had = refined.flat[asked]
-    wanted = np.clip(np.maximum(ratio.flat[asked], 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
-    more = np.minimum(_rounded_up(np.maximum(wanted - had, _LEAST_MORE)), most)
-    need = np.zeros(seen.shape, np.int64)
-    need.flat[asked] = np.where(wanted > np.maximum(had, pilot), more, 0)
+        ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False).flat[traced] / count) / limit)
+        alone = np.nan_to_num(np.sqrt(single / WINDOW**2) / limit)
+    uncertain = np.where((had == 0) & (pilot < LEAST_SAMPLES), np.maximum(ratio, alone), ratio) > _PILOT_RATIO
+    ratio, had = ratio[uncertain], had[uncertain]
+    wanted = np.clip(np.maximum(ratio, 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
+    more = np.minimum(_rounded_up(np.maximum(wanted - had, LEAST_SAMPLES)), most)
+    need.flat[traced[uncertain]] = np.where(wanted > np.maximum(had, pilot), more, 0)
     return need
 
 
@@ -143,7 +146,7 @@ def refine(
     light is; ``learn`` that there is a round after this one. O(paths × bounces) rays.
     """
     nets = 1 << np.log2(samples // REPLICATES).astype(np.int64)
-    table = mi.UInt32(reversed_nets(int(nets.max())))
+    table = mi.UInt32(reversed_points(int(nets.max())))
     passes = np.cumsum(samples) // PASS_SAMPLES
     for number in np.unique(passes):
         mine = passes == number
@@ -198,19 +201,24 @@ class _Refined:
         leading = dr.arange(mi.UInt32, self._paths // _PATHS_A_HIT) * _PATHS_A_HIT
         pixel = self._of(self._pixel, leading)
         # of a net's points the first ones, so that they are a net, too
-        column, row = self._point(leading, range(2), share=_PATHS_A_HIT)
+        column, row = self._point(leading, range(2 * _TURNS, DIMENSIONS), share=_PATHS_A_HIT)
         place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
         si = first_surface(mi, scene, optics, *place, self._chance(leading), paths_each=_PATHS_A_HIT)
         every = self._chance(dr.arange(mi.UInt32, self._paths))
         return later_surfaces(mi, scene, optics, si, every, bounces, paths=self).arrivals
 
     def uniform(self, turn: int, path: Any) -> tuple[Any, Any] | None:
-        """See :class:`scenes.transport.paths.Paths`."""
-        axes = range(2 + 3 * turn, 5 + 3 * turn)
-        if axes.stop > DIMENSIONS:
+        """See :class:`scenes.transport.paths.Paths`.
+
+        One half of a net's points goes one way at the first turn, the other half the other way, and of each
+        half at the second turn: either is a net of its own, of directions in the best two axes.
+        """
+        if turn >= _TURNS:
             return None
-        choice, across, up = self._point(path, axes)
-        return choice, self._mi.Point2f(across, up)
+        within, bits = path - self._of(self._first, path), self._of(self._bits, path)
+        half = self._mi.Float((within >> (bits - (turn + 1))) & 1)
+        choice = 0.5 * (half + self._chance(path).one(self._mi, choice_kind(turn)))
+        return choice, self._mi.Point2f(*self._point(path, range(2 * turn, 2 * turn + 2)))
 
     def guided(self, turn: int, path: Any) -> Guided | None:
         """See :class:`scenes.transport.paths.Paths`."""
@@ -231,7 +239,7 @@ class _Refined:
         number = self._of(self._pixel, path) * _MOST_REPLICATES + (within >> bits)
         key = self._mi.sample_tea_32(number, self._seed)[0]
         size = self._mi.UInt32(1) << bits
-        return point(self._mi, self._table, (size + (within & (size - 1))) // share, key, axes)
+        return point(self._mi, self._table, (within & (size - 1)) // share, key, axes)
 
     def _chance(self, path: Any) -> Chance:
         within = path - self._of(self._first, path)

@@ -15,36 +15,27 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-DIMENSIONS = 8
-"""The place in the pixel (2), and of each of two turns which way it is chosen and the direction (3)."""
+DIMENSIONS = 6
+"""The directions of two turns (2 each), and the place in the pixel (2)."""
 
 
-_SORTED_BY = 2
-"""The axis that chooses the way of the first turn."""
+def reversed_points(points: int) -> NDArray[np.uint32]:
+    """The first ``points`` Sobol points as bit-reversed integers, (DIMENSIONS · points,).
 
-
-def reversed_nets(points: int) -> NDArray[np.uint32]:
-    """The first 1, 2, 4 ... ``points`` Sobol points as bit-reversed integers, (DIMENSIONS · 2 points,).
-
-    The net of n points starts at row n. Its points are in the order of the axis that chooses the way of the
-    first turn, which the scrambling leaves in place but within intervals: paths in a row go the same way, and
-    rays that are traced together stay together. Reversed, because the scrambling works from the least
-    significant bit upwards.
+    The first 2^k are a net, and so is each half, quarter ... of them in a row. Reversed, because the
+    scrambling works from the least significant bit upwards.
     """
     from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
 
     engine = qmc.Sobol(DIMENSIONS, scramble=False, bits=32)
     first = np.rint(engine.random(points) * 2.0**32).astype(np.uint64).astype(np.uint32)
-    sizes = 1 << np.arange(points.bit_length())
-    nets = [first[:size][np.argsort(first[:size, _SORTED_BY])] for size in sizes.tolist()]
-    integers = np.concatenate([first[:1], *nets])
-    bits = np.unpackbits(np.ascontiguousarray(integers.T).astype(">u4").view(np.uint8), bitorder="big")
+    bits = np.unpackbits(np.ascontiguousarray(first.T).astype(">u4").view(np.uint8), bitorder="big")
     back = np.packbits(bits.reshape(-1, 32)[:, ::-1], axis=1, bitorder="big")
     return np.ascontiguousarray(back.reshape(-1, 4)).view(">u4").astype(np.uint32).ravel()
 
 
 def point(mi: Any, table: Any, index: Any, key: Any, axes: range = range(DIMENSIONS)) -> list[Any]:
-    """Coordinates in [0, 1) of row ``index`` of :func:`reversed_nets`, scrambled by ``key`` (a UInt32).
+    """Coordinates in [0, 1) of row ``index`` of :func:`reversed_points`, scrambled by ``key`` (a UInt32).
 
     ``axes`` says which of them.
     """

@@ -33,7 +33,7 @@ def trace(
     bounces: int = 3,
     seed: int = 0,
     error: float = 0.03,
-    most: int = 1024,
+    most: int = 2048,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
 
@@ -53,7 +53,7 @@ def trace(
         Standard error of a pixel's interreflected light above which it gets more paths, relative to the
         geometric mean of its whole light and what of it goes with stripes; infinite for none.
     most
-        Further paths that no pixel exceeds, beyond a first round of 64; a power of two.
+        Further paths that no pixel exceeds, beyond a first round of 32; a power of two.
 
     Complexity: O(paths × bounces) rays; memory O(paths that carry light + one pass).
 

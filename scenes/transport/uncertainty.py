@@ -30,10 +30,13 @@ def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: i
 
     """
     refined = samples > 0
-    independent = variance / np.where(refined, samples, pilot)
     coarse = seen & ~refined
-    pooled = summed(independent, coarse) / np.maximum(summed(np.ones(seen.shape), coarse), 1.0)
+    mean, one = np.zeros(seen.shape), np.ones(seen.shape)
+    mean[refined] = variance[refined] / samples[refined]
+    mean[coarse] = variance[coarse] / pilot
+    error = np.zeros(seen.shape)
+    error[coarse] = summed(mean, coarse)[coarse] / summed(one, coarse)[coarse]
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.nan_to_num(summed(scatter, refined) / summed(independent, refined))
-    squared = np.where(refined, independent * gain, np.where(coarse, pooled, 0.0))
-    return np.asarray(np.sqrt(squared))
+        gain = np.nan_to_num(summed(scatter, refined)[refined] / summed(mean, refined)[refined])
+    error[refined] = mean[refined] * gain
+    return np.asarray(np.sqrt(error, out=error))
