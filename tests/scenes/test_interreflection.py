@@ -114,7 +114,9 @@ def test_a_twentieth_of_the_light_lost_is_noticed(scenes: dict[str, Compared]) -
 
 
 def test_a_tile_that_lost_a_quarter_of_its_light_is_noticed(scenes: dict[str, Compared]) -> None:
-    images = {name: one.light.white_indirect.copy() for name, one in scenes.items()}
+    images: dict[str, Floats32 | Floats] = {
+        name: one.light.white_indirect.copy() for name, one in scenes.items()
+    }
     compared = scenes["nick-chrome"].compared
     whole = np.lib.stride_tricks.sliding_window_view(compared, (4, 4)).all(axis=(2, 3))
     row, column = np.argwhere(whole)[whole.sum() // 2]
