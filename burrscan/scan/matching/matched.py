@@ -184,7 +184,8 @@ def _read(
             if best <= 0.0:
                 continue
             u, v, amplitude, plain, var_u, var_v, misfit = _fit(z, variance, f, g, u, row)
-            if not amplitude > 0.0:
+            # phasors that fit nowhere, of a part that shook, may send the steps anywhere
+            if not (amplitude > 0.0 and -0.5 - _NEAR_PX <= u <= columns - 0.5 + _NEAR_PX):
                 continue
             wider = max(misfit, 1.0)
             planes[0, r, c], planes[1, r, c] = u, v

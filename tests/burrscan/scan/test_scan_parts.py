@@ -197,3 +197,20 @@ def test_dither_needs_no_intensity() -> None:
     )
     light = ProjectorSheet.gamma().light[shown.frames].mean(axis=(1, 2))
     assert np.abs(light - 0.5).max() < 0.06
+
+
+def test_frames_that_show_a_part_elsewhere_are_read_without_a_column_off_the_projector() -> None:
+    """A part that shook: each frame of a look at other pixels, so that phasors fit no column."""
+    instrument = flat()
+    rig, rng = instrument.rig, np.random.default_rng(5)
+    shown = patterns(
+        CODE.frames(rig.projector.shape), CODE.names, view=rig.projector, sheet=instrument.projector
+    )
+    still = instrument.capture(shown, 10.0)
+    dark = (instrument.response * 1e-3 + instrument.ambient_e_per_ms).astype(np.float32) * 10.0
+    for _ in range(20):
+        shaken = np.stack([np.roll(frame, rng.integers(-9, 10, 2), axis=(0, 1)) for frame in still])
+        reading = read(shaken, CODE, camera=instrument.camera, rig=rig, dark_e=dark)
+        u = reading.u_px[np.isfinite(reading.u_px)]
+        assert u.size > 100
+        assert -4.0 <= u.min() <= u.max() <= rig.projector.width + 3.0
