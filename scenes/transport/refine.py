@@ -26,8 +26,8 @@ _PATHS = 0x5EED
 _TURNS = 2
 """Whose directions are points of the net; the axes after them are the place in the pixel."""
 _MOST_PATHS = 1 << 14
-"""Numbers set apart for a pixel's paths. Pixels 2^18 apart share those of lenses and blur, for words have 32
-bits, but no direction of the first two turns: those are Sobol points."""
+"""Numbers set apart for a pixel's paths. Pixels 2^18 apart share those of lenses, blur and lobes, for words
+have 32 bits, but no direction of the first two turns: those are Sobol points."""
 _MOST_REPLICATES = 2 * REPLICATES
 """As many would be a net of twice the points."""
 _PATHS_A_HIT = 8
@@ -215,8 +215,7 @@ class _Refined:
         """
         if turn >= _TURNS:
             return None
-        within, bits = path - self._of(self._first, path), self._of(self._bits, path)
-        half = self._mi.Float((within >> (bits - (turn + 1))) & 1)
+        half = self._mi.Float((self._within(path) >> (self._of(self._bits, path) - (turn + 1))) & 1)
         choice = 0.5 * (half + self._chance(path).one(self._mi, choice_kind(turn)))
         return choice, self._mi.Point2f(*self._point(path, range(2 * turn, 2 * turn + 2)))
 
@@ -233,14 +232,17 @@ class _Refined:
         """What a table of the pixels says for paths."""
         return dr.gather(self._mi.UInt32, table, dr.gather(self._mi.UInt32, self._slot, path))
 
+    def _within(self, path: Any) -> Any:
+        """Which of its pixel's paths each is."""
+        return path - self._of(self._first, path)
+
     def _point(self, path: Any, axes: range, *, share: int = 1) -> list[Any]:
         """Coordinates of the Sobol points of paths, ``share`` of which in a row share one."""
-        within, bits = path - self._of(self._first, path), self._of(self._bits, path)
+        within, bits = self._within(path), self._of(self._bits, path)
         number = self._of(self._pixel, path) * _MOST_REPLICATES + (within >> bits)
         key = self._mi.sample_tea_32(number, self._seed)[0]
         size = self._mi.UInt32(1) << bits
         return point(self._mi, self._table, (within & (size - 1)) // share, key, axes)
 
     def _chance(self, path: Any) -> Chance:
-        within = path - self._of(self._first, path)
-        return Chance(self._of(self._pixel, path) * _MOST_PATHS + within, self._salt)
+        return Chance(self._of(self._pixel, path) * _MOST_PATHS + self._within(path), self._salt)
