@@ -71,8 +71,8 @@ class RenderSpec:
     samples: Annotated[int, Field(ge=2, le=4096)] = 16
     bounces: Annotated[int, Field(ge=1, le=8)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
-    error: Annotated[float, Field(gt=0.0)] = 0.03
-    most: Annotated[int, Field(ge=64, le=65536)] = 2048
+    error: Annotated[float, Field(gt=0.0)] = 0.023
+    most: Annotated[int, Field(ge=64, le=65536)] = 1024
 
 
 @dataclass(frozen=True)

@@ -86,8 +86,8 @@ class Compared:
 
     ``mean`` and ``variance`` (h, w) of the reference's mean; ``direct`` (h, w) of stock Mitsuba; ``other`` is
     another tracing, which only says what pixels are compared: chosen by the light of one side they would be
-    chosen by its luck. ``shift_px`` (h, w) of stripes against the reference's, ``own_shift_px`` against the
-    other tracing's; NaN without stripes.
+    chosen by its luck. ``shift_px`` (h, w) of stripes against the reference's; ``own_shift_px`` and
+    ``own_white`` against a third tracing's stripes and white image. NaN without stripes.
     """
 
     light: LightTransport
@@ -97,6 +97,7 @@ class Compared:
     direct: Floats
     shift_px: Floats
     own_shift_px: Floats
+    own_white: Floats
 
     @property
     def compared(self) -> Bools:
@@ -182,7 +183,11 @@ class Rendered:
 
 
 def compare(
-    rendered: Rendered, *, known: Reference | None = None, stripes_px: float | None = None
+    rendered: Rendered,
+    *,
+    known: Reference | None = None,
+    stripes_px: float | None = None,
+    samples: int = SAMPLES,
 ) -> Compared:
     """Trace a zoomed scene, and hold it against stock Mitsuba.
 
@@ -194,19 +199,25 @@ def compare(
         Its reference, where it was rendered before.
     stripes_px
         Period of the stripes that are compared too, in three steps; None for white alone.
+    samples
+        Paths of each run of the reference.
 
     """
-    known = known or rendered.reference()
+    known = known or rendered.reference(samples)
     traced, other = rendered.traced(), rendered.traced(seed=1)
-    shifts = [np.full(known.mean.shape, np.nan)] * 2
+    unknown = np.full(known.mean.shape, np.nan)
+    shifts, own_white = [unknown, unknown], unknown
     if stripes_px is not None:
+        third = rendered.traced(seed=2)
+        own_white = (traced.white_indirect - third.white_indirect).astype(float)
         stripes = _stripes(rendered.optics, stripes_px)
-        ours, stock = _phasor(traced.relight(stripes)), _phasor(rendered.stock(stripes, 3).mean(axis=1))
+        stock = rendered.stock(stripes, 3, samples=samples).mean(axis=1)
+        ours = _phasor(traced.relight(stripes))
         shifts = [
-            np.angle(ours * np.conj(one)) * stripes_px / (2.0 * np.pi)
-            for one in (stock, _phasor(other.relight(stripes)))
+            np.angle(ours * np.conj(_phasor(one))) * stripes_px / (2.0 * np.pi)
+            for one in (stock, third.relight(stripes))
         ]
-    return Compared(traced, other, known.mean, known.variance, known.direct, *shifts)
+    return Compared(traced, other, known.mean, known.variance, known.direct, *shifts, own_white)
 
 
 def _stripes(optics: Optics, period_px: float) -> Floats32:

@@ -18,10 +18,9 @@ _NONE = np.zeros(0, np.uint32)
 _LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
-REPLICATES = 2
-"""Least independent scramblings of a refined pixel: their scatter is its error (Owen 1997). Two nets instead
-of four of half the size make errors smaller by a tenth. Their one degree of freedom is enough, for what a net
-gains is pooled over the neighbours (:mod:`scenes.transport.uncertainty`)."""
+PART_BITS = 2
+"""A net has four parts, which are nets, too: bits of a point's number, below the highest, that name the part.
+Halves and quarters show the error of their mean, and how it falls with the number of points."""
 
 
 class Finds(NamedTuple):
@@ -39,18 +38,20 @@ class Gathered(NamedTuple):
     """Rows of some pixels, in their order.
 
     ``samples`` (P,): paths of each. ``rows``: the light of each projector pixel. ``variance`` (P,): of one
-    sample's light. ``scatter`` (P,): variance of the mean of the replicates' means. ``finds``: for the first
-    two turns, the paths that carry light, if they were asked for.
+    sample's light. ``halves``, ``quarters`` (P,): what the halves of a net, and the quarters in each, say of
+    the variance of their mean, as if they were independent. ``finds``: for the first two turns, the paths
+    that carry light, if they were asked for.
     """
 
     samples: Ints
     rows: SparseRows
     variance: Floats
-    scatter: Floats
+    halves: Floats
+    quarters: Floats
     finds: tuple[Finds, ...]
 
 
-def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, learn: bool) -> Gathered:
+def gather(arrivals: Sequence[Arrival], *, samples: Ints, learn: bool) -> Gathered:
     """Rows of pixels whose samples stand one after the other.
 
     Parameters
@@ -58,9 +59,7 @@ def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, lear
     arrivals
         The light of each bounce of the paths.
     samples
-        (P,) of each pixel; consecutive equal parts of them are the replicates.
-    replicates
-        (P,) how many parts, at least 2; divides the samples.
+        (P,) of each pixel; a power of two of at least 8 where the scatter of parts is to mean anything.
     learn
         Whether ``finds`` are wanted.
 
@@ -76,11 +75,16 @@ def gather(arrivals: Sequence[Arrival], *, samples: Ints, replicates: Ints, lear
     weight = np.concatenate([np.zeros(0, np.float32), *(one.weight.numpy() for one in arrivals)])[order]
     first = np.concatenate([[0], np.cumsum(samples)])
     starts = _starts(path, first)
-    variance, scatter = _moments(path, weight, starts, first, replicates)
+    variance, halves, quarters = _moments(path, weight, starts, first)
     rows = SparseRows(starts, pixel.astype(np.int32), _shared(weight, starts, samples))
     turns = range(_LEARNT_TURNS) if learn else range(0)
     return Gathered(
-        samples, rows, variance, scatter, tuple(_finds(arrivals[turn:], turn, first) for turn in turns)
+        samples,
+        rows,
+        variance,
+        halves,
+        quarters,
+        tuple(_finds(arrivals[turn:], turn, first) for turn in turns),
     )
 
 
@@ -107,28 +111,26 @@ def _shared(weight: Floats32, starts: Ints, samples: Ints) -> Floats32:
 
 @nb.njit(cache=True)
 def _moments(
-    path: NDArray[np.uint32], weight: Floats32, starts: Ints, first: Ints, replicates: Ints
-) -> tuple[Floats, Floats]:
-    """Variance of one path's light, and of the mean of the replicates' means, for each pixel."""
-    count = replicates.size
-    variance, scatter = np.zeros(count), np.zeros(count)
+    path: NDArray[np.uint32], weight: Floats32, starts: Ints, first: Ints
+) -> tuple[Floats, Floats, Floats]:
+    """For each pixel, variance of one path's light, and of the mean by the halves and quarters of its net."""
+    count = first.size - 1
+    variance, halves, quarters = np.zeros(count), np.zeros(count), np.zeros(count)
+    parts = 1 << PART_BITS
+    means = np.zeros(parts)
     for p in range(count):
-        square, total, spread = 0.0, 0.0, 0.0
-        k, samples = starts[p], first[p + 1] - first[p]
-        part = samples // replicates[p]
-        for r in range(replicates[p]):
-            mean, end = 0.0, first[p] + (r + 1) * part
-            while k < starts[p + 1] and path[k] < end:
-                light = float(weight[k])
-                while k + 1 < starts[p + 1] and path[k + 1] == path[k]:  # its later bounces
-                    k += 1
-                    light += weight[k]
+        means[:] = 0.0
+        square, samples = 0.0, first[p + 1] - first[p]
+        k = starts[p]
+        while k < starts[p + 1]:
+            one, light = path[k], 0.0
+            while k < starts[p + 1] and path[k] == one:  # all its bounces
+                light += weight[k]
                 k += 1
-                mean += light / part
-                square += light * light
-            total += mean
-            spread += mean * mean
-        mean = total / replicates[p]
-        variance[p] = max(square / samples - mean * mean, 0.0) * samples / (samples - 1)
-        scatter[p] = max(spread / replicates[p] - mean * mean, 0.0) / (replicates[p] - 1)
-    return variance, scatter
+            square += light * light
+            means[((one - first[p]) * 2 * parts // samples) % parts] += light
+        means *= parts / samples
+        variance[p] = max(square / samples - means.mean() ** 2, 0.0) * samples / (samples - 1)
+        halves[p] = 0.0625 * (means[0] + means[1] - means[2] - means[3]) ** 2
+        quarters[p] = 0.125 * ((means[0] - means[1]) ** 2 + (means[2] - means[3]) ** 2)
+    return variance, halves, quarters

@@ -8,7 +8,7 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Bools, Floats32, Ints
-from scenes.transport.arrivals import REPLICATES, Gathered, gather
+from scenes.transport.arrivals import Gathered, gather
 from scenes.transport.chance import Chance
 from scenes.transport.footprint import sample_sets
 from scenes.transport.optics import Optics
@@ -80,7 +80,6 @@ def _traced(
         bounced=gather(
             bounced.arrivals,
             samples=np.full(len(pixels), samples),
-            replicates=np.full(len(pixels), min(REPLICATES, samples)),
             learn=True,
         ),
         ambient=(ambient / samples).astype(np.float32),

@@ -9,7 +9,7 @@ import drjit as dr
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Floats32, Ints
-from scenes.transport.arrivals import REPLICATES, Finds, Gathered, gather
+from scenes.transport.arrivals import PART_BITS, Finds, Gathered, gather
 from scenes.transport.chance import Chance
 from scenes.transport.guide import Guide, guide_of
 from scenes.transport.neighbours import WINDOW, summed
@@ -28,15 +28,15 @@ _TURNS = 2
 _MOST_PATHS = 1 << 14
 """Numbers set apart for a pixel's paths. Pixels 2^18 apart share those of lenses, blur and lobes, for words
 have 32 bits, but no direction of the first two turns: those are Sobol points."""
-_MOST_REPLICATES = 2 * REPLICATES
-"""As many would be a net of twice the points."""
+_CHOICE_BITS = 1, 2 + PART_BITS
+"""Of a point's number in its net, counted from the highest: that which says which way a turn goes. Those
+between are the part that the point is of."""
 _PATHS_A_HIT = 8
 """Paths that start at one place of the pixel: where in the pixel they start is less than a hundredth of the
 variance of interreflected light, and finding the surface there for each took a fifth of the time."""
 _RATE = 0.6
-"""The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance)."""
-_PILOT_RATIO = 3.0
-"""Scatter of single paths, in errors aimed at, that the pilot's 16 independent paths bring below it."""
+"""The error of interreflected light falls with paths^-0.6 (polished, ground, turned; 0.5 is chance). 0.52 and
+0.7 give the same errors for the same paths."""
 _DIM = 1e-3
 """Share of the bright pixels' light below which the error allowed grows as the root of light falls, as that
 of photons in a camera does: a pixel of half this share may be off by 1.4 times as much."""
@@ -110,7 +110,8 @@ def needed_samples(
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False).flat[traced] / count) / limit)
         alone = np.nan_to_num(np.sqrt(single / WINDOW**2) / limit)
-    uncertain = np.where((had == 0) & (pilot < LEAST_SAMPLES), np.maximum(ratio, alone), ratio) > _PILOT_RATIO
+    ratio_pilot = np.where((had == 0) & (pilot < LEAST_SAMPLES), np.maximum(ratio, alone), ratio)
+    uncertain = ratio_pilot > np.sqrt(pilot)  # whose paths are independent
     ratio, had = ratio[uncertain], had[uncertain]
     wanted = np.clip(np.maximum(ratio, 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
     more = np.minimum(_rounded_up(np.maximum(wanted - had, LEAST_SAMPLES)), most)
@@ -119,13 +120,8 @@ def needed_samples(
 
 
 def _rounded_up(wanted: Floats) -> Ints:
-    """The next number of paths that is 2 or 3 replicates of a power of two.
-
-    More points in a net are worth more than more nets, whose error is the mean of independent ones.
-    """
-    nets = np.exp2(np.floor(np.log2(wanted / REPLICATES)))
-    replicates = np.ceil(REPLICATES * (wanted / (REPLICATES * nets)) ** (2.0 * _RATE))
-    return np.asarray(np.minimum(replicates, _MOST_REPLICATES) * nets).astype(np.int64)
+    """The next power of two: one net. Two or three of half the size leave 8 % more error for as many paths."""
+    return np.asarray(np.exp2(np.ceil(np.log2(wanted)))).astype(np.int64)
 
 
 def refine(
@@ -145,19 +141,14 @@ def refine(
     ``samples`` (P,) says how many for each, as :func:`needed_samples` does; ``finds`` of earlier paths where
     light is; ``learn`` that there is a round after this one. O(paths × bounces) rays.
     """
-    nets = 1 << np.log2(samples // REPLICATES).astype(np.int64)
-    table = mi.UInt32(reversed_points(int(nets.max())))
+    table = mi.UInt32(reversed_points(int(samples.max())))
     passes = np.cumsum(samples) // PASS_SAMPLES
     for number in np.unique(passes):
         mine = passes == number
         some = pixels[mine]
         guides = [guide_of(some, turn, optics.rig.camera.shape) for turn in finds]
-        paths = _Refined(mi, table, some, samples[mine], nets[mine], guides, seed, learn=learn)
-        arrivals = paths.traced(scene, optics, bounces)
-        yield (
-            some,
-            gather(arrivals, samples=samples[mine], replicates=samples[mine] // nets[mine], learn=learn),
-        )
+        paths = _Refined(mi, table, some, samples[mine], guides, seed, learn=learn)
+        yield some, gather(paths.traced(scene, optics, bounces), samples=samples[mine], learn=learn)
 
 
 class _Refined:
@@ -169,7 +160,6 @@ class _Refined:
         table: Any,
         pixels: Ints,
         samples: Ints,
-        nets: Ints,
         guides: Sequence[Guide],
         seed: int,
         *,
@@ -180,7 +170,7 @@ class _Refined:
 
         self._mi, self._table, self._paths = mi, table, int(samples.sum())
         # shifts, for a division by what a lane past the end reads, 0, ends the process
-        self._pixel, self._bits = words(pixels), words(np.log2(nets))
+        self._pixel, self._bits = words(pixels), words(np.log2(samples))
         self._first = words(np.cumsum(samples) - samples)
         self._slot = words(np.repeat(np.arange(len(pixels)), samples))
         # no round may use another's numbers: its guides depend on what those found
@@ -211,12 +201,13 @@ class _Refined:
         """See :class:`scenes.transport.paths.Paths`.
 
         One half of a net's points goes one way at the first turn, the other half the other way, and of each
-        half at the second turn: either is a net of its own, of directions in the best two axes.
+        part of a half at the second turn: either is a net of its own, of directions in the best two axes.
         """
         if turn >= _TURNS:
             return None
-        half = self._mi.Float((self._within(path) >> (self._of(self._bits, path) - (turn + 1))) & 1)
-        choice = 0.5 * (half + self._chance(path).one(self._mi, choice_kind(turn)))
+        bit = self._of(self._bits, path) - _CHOICE_BITS[turn]
+        half = (self._within(path) >> bit) & 1
+        choice = 0.5 * (self._mi.Float(half) + self._chance(path).one(self._mi, choice_kind(turn)))
         return choice, self._mi.Point2f(*self._point(path, range(2 * turn, 2 * turn + 2)))
 
     def guided(self, turn: int, path: Any) -> Guided | None:
@@ -238,11 +229,8 @@ class _Refined:
 
     def _point(self, path: Any, axes: range, *, share: int = 1) -> list[Any]:
         """Coordinates of the Sobol points of paths, ``share`` of which in a row share one."""
-        within, bits = self._within(path), self._of(self._bits, path)
-        number = self._of(self._pixel, path) * _MOST_REPLICATES + (within >> bits)
-        key = self._mi.sample_tea_32(number, self._seed)[0]
-        size = self._mi.UInt32(1) << bits
-        return point(self._mi, self._table, (within & (size - 1)) // share, key, axes)
+        key = self._mi.sample_tea_32(self._of(self._pixel, path), self._seed)[0]
+        return point(self._mi, self._table, self._within(path) // share, key, axes)
 
     def _chance(self, path: Any) -> Chance:
         return Chance(self._of(self._pixel, path) * _MOST_PATHS + self._within(path), self._salt)

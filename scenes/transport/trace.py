@@ -32,8 +32,8 @@ def trace(
     samples: int = 16,
     bounces: int = 3,
     seed: int = 0,
-    error: float = 0.03,
-    most: int = 2048,
+    error: float = 0.023,
+    most: int = 1024,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
 
@@ -115,7 +115,8 @@ def trace(
     shared = list(zip(bounced, shares(paths, refined=refined.ravel(), pilots=pilot_parts), strict=True))
     sigma = standard_error(
         _sum([(pixels, one.variance * share) for (pixels, one), share in shared], view.shape),
-        _sum([(pixels, one.scatter * share**2) for (pixels, one), share in shared], view.shape),
+        _sum([(pixels, one.halves * share**2) for (pixels, one), share in shared], view.shape),
+        _sum([(pixels, one.quarters * share**2) for (pixels, one), share in shared], view.shape),
         samples=refined,
         pilot=samples,
         seen=seen,

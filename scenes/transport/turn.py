@@ -63,25 +63,41 @@ def turned(
         chosen, weight = si.bsdf().sample(context, si, choice, direction, active)
         return si.to_world(chosen.wo), weight[0]
     share = dr.select(guided.known, mi.Float(_SHARE), 0.0)
-    follows = choice < share
-    rest = (choice - share) / (1.0 - share)
-    chosen, _ = si.bsdf().sample(context, si, rest, direction, active & ~follows)
-    wo = dr.select(follows, _sampled(mi, guided, direction, follows), si.to_world(chosen.wo))
+    # a branch, for the paths of a pixel that go one way stand in a row, and fill whole vectors of lanes
+    wo, guides = dr.if_stmt(
+        (si, guided, (choice - share) / (1.0 - share), direction, active),
+        choice < share,
+        lambda si, guided, choice, direction, active: _by_guide(mi, guided, direction),
+        lambda si, guided, choice, direction, active: _by_reflection(
+            mi, si, guided, choice, direction, active
+        ),
+    )
     light, density = si.bsdf().eval_pdf(context, si, si.to_local(wo), active)
-    mixed = share * _density(mi, guided, wo) + (1.0 - share) * density
+    mixed = share * guides + (1.0 - share) * density
     return wo, dr.select(active & (mixed > 0.0), light[0] / mixed, 0.0)
 
 
-def _sampled(mi: Any, guided: Guided, uniform: Any, active: Any) -> Any:
-    """A direction by the guide."""
+def _by_reflection(
+    mi: Any, si: Any, guided: Guided, choice: Any, direction: Any, active: Any
+) -> tuple[Any, Any]:
+    """A direction by the surface's reflection, and the guide's density there."""
+    chosen, _ = si.bsdf().sample(mi.BSDFContext(), si, choice, direction, active)
+    wo = si.to_world(chosen.wo)
+    return wo, _density(mi, guided, wo)
+
+
+def _by_guide(mi: Any, guided: Guided, uniform: Any) -> tuple[Any, Any]:
+    """A direction by the guide, and its density per solid angle."""
     strip, part = _split(mi, uniform.x, STRIPS)
-    a = dr.lerp(*_edges(mi, guided.across, guided.number * (STRIPS + 1) + strip, active), part)
+    low, high = _edges(mi, guided.across, guided.number * (STRIPS + 1) + strip, guided.known)
+    a, wide = dr.lerp(low, high, part), high - low
     cell, part = _split(mi, uniform.y, CELLS)
     first = (guided.number * STRIPS + strip) * (CELLS + 1)
-    b = dr.lerp(*_edges(mi, guided.along, first + cell, active), part)
+    low, high = _edges(mi, guided.along, first + cell, guided.known)
+    b = dr.lerp(low, high, part)
     square = dr.minimum(a * a + b * b, 4.0)  # Lambert's azimuthal map
     towards = (guided.side * a + guided.up * b) * dr.sqrt(1.0 - 0.25 * square)
-    return dr.normalize(towards + guided.middle * (1.0 - 0.5 * square))
+    return dr.normalize(towards + guided.middle * (1.0 - 0.5 * square)), _of_cell(wide, high - low)
 
 
 def _density(mi: Any, guided: Guided, wo: Any) -> Any:
@@ -91,6 +107,11 @@ def _density(mi: Any, guided: Guided, wo: Any) -> Any:
     strip, wide = _found(mi, guided.across, guided.number * (STRIPS + 1), STRIPS, a, guided.known)
     first = (guided.number * STRIPS + strip) * (CELLS + 1)
     _, high = _found(mi, guided.along, first, CELLS, b, guided.known)
+    return _of_cell(wide, high)
+
+
+def _of_cell(wide: Any, high: Any) -> Any:
+    """Density in a cell, each of which holds as many directions; 0 outside of all."""
     return dr.select(wide * high > 0.0, 1.0 / (STRIPS * CELLS * wide * high), 0.0)
 
 

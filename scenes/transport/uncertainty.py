@@ -8,19 +8,29 @@ from burrscan.arrays import Bools, Floats, Ints
 from scenes.transport.neighbours import summed
 
 
-def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: int, seen: Bools) -> Floats:
+_LEAST_FALL, _MOST_FALL = 2.0, 8.0
+"""Of the variance, for twice the points: independent ones, and a net where the light is smooth (2^3, Owen
+1997)."""
+
+
+def standard_error(
+    variance: Floats, halves: Floats, quarters: Floats, *, samples: Ints, pilot: int, seen: Bools
+) -> Floats:
     """Standard error (h, w) of the interreflected light, in its unit.
 
     For the pilot's independent paths it is the scatter of single paths over √n, pooled over the neighbours,
-    for a few paths may all miss. A refined pixel's replicates show what its net gains over independent paths;
-    two or three replicates show it roughly, so the gain is pooled over the refined neighbours.
+    for a few paths may all miss. The halves of a net are not independent, each lies between the points of the
+    other: where variance falls by a factor f for twice the points, half their squared difference over two
+    has the mean V · (f - 1), V the variance of their mean, and what quarters say f times that. So f is the
+    ratio of both. One pixel's parts show it roughly: the gain over independent paths is pooled over the
+    refined neighbours.
 
     Parameters
     ----------
     variance
         (h, w) of one sample's light: of the pilot's, or of the refined pixels' own.
-    scatter
-        (h, w) variance of the mean by the replicates; read where a pixel was refined.
+    halves, quarters
+        (h, w) :class:`scenes.transport.arrivals.Gathered`; read where a pixel was refined.
     samples
         (h, w) of the refinement, 0 where there was none.
     pilot
@@ -37,6 +47,8 @@ def standard_error(variance: Floats, scatter: Floats, *, samples: Ints, pilot: i
     error = np.zeros(seen.shape)
     error[coarse] = summed(mean, coarse)[coarse] / summed(one, coarse)[coarse]
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.nan_to_num(summed(scatter, refined)[refined] / summed(mean, refined)[refined])
+        half, quarter = summed(halves, refined)[refined], summed(quarters, refined)[refined]
+        fall = np.clip(quarter / half, _LEAST_FALL, _MOST_FALL)
+        gain = np.nan_to_num(half / (fall - 1.0) / summed(mean, refined)[refined])
     error[refined] = mean[refined] * gain
     return np.asarray(np.sqrt(error, out=error))

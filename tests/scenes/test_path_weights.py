@@ -15,7 +15,6 @@ from burrscan.arrays import Floats, Floats32
 from scenes.finish import FinishSpec, finish_bsdf
 from scenes.pose import PoseSpec
 from scenes.rig import RigSpec
-from scenes.transport.arrivals import REPLICATES
 from scenes.transport.chance import Chance
 from scenes.transport.optics import Optics
 from scenes.transport.paths import first_surface, later_surfaces
@@ -125,13 +124,13 @@ def test_a_guide_does_not_change_what_a_surface_reflects(mi: Any, seen: Seen) ->
 
 def test_every_refined_path_counts_once() -> None:
     """The shares of the rounds of a pixel are 1 together, and go by the number of paths."""
-    refined = np.array([0, 64, 64 + 96 * REPLICATES])
+    refined = np.array([0, 64, 64 + 192])
     everyone, some, last = np.arange(3), np.array([1, 2]), np.array([2])
-    parts = [(everyone, np.full(3, 16)), (some, np.full(2, 64)), (last, np.full(1, 96 * REPLICATES))]
+    parts = [(everyone, np.full(3, 16)), (some, np.full(2, 64)), (last, np.full(1, 192))]
     by_part = shares(parts, refined=refined, pilots=1)
     total = np.zeros(3)
     for (pixels, _), share in zip(parts, by_part, strict=True):
         total[pixels] += share
     assert total == pytest.approx(1.0)
     assert by_part[0].tolist() == [1.0, 0.0, 0.0]
-    assert by_part[1][1] / by_part[2][0] == pytest.approx(64 / (96 * REPLICATES))
+    assert by_part[1][1] / by_part[2][0] == pytest.approx(64 / 192)
