@@ -8,9 +8,9 @@ interreflected light is more than a fifth of the direct and whose whole light th
 error of the white image, shift of stripes of 24 projector pixels (each median and 90 %), the reference's own
 standard error, the robust spread of error over both standard errors, and the correlation of neighbours.
 Errors against the reference hold its own, too. What is ours alone stands beside them: two of our tracings
-differ by √2 of it, where their mean is that of the reference. Beside bright edges a few paths carry a tenth of
-the light: a reference of 4,096 paths, which meets none of them, is known badly and does not say so; 65,536
-(``--paths``) take a quarter of an hour and are better.
+differ by √2 of it, where their mean is that of the reference. Beside bright edges a few paths carry a tenth
+of the light: a reference of 4,096 paths, which meets none of them, is known badly and does not say so; 65,536
+(``--paths``) take half an hour and are better.
 """
 
 from __future__ import annotations

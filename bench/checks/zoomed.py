@@ -205,19 +205,20 @@ def compare(
     """
     known = known or rendered.reference(samples)
     traced, other = rendered.traced(), rendered.traced(seed=1)
-    unknown = np.full(known.mean.shape, np.nan)
-    shifts, own_white = [unknown, unknown], unknown
+    shift_px = own_shift_px = own_white = np.full(known.mean.shape, np.nan)
     if stripes_px is not None:
         third = rendered.traced(seed=2)
         own_white = (traced.white_indirect - third.white_indirect).astype(float)
         stripes = _stripes(rendered.optics, stripes_px)
         stock = rendered.stock(stripes, 3, samples=samples).mean(axis=1)
         ours = _phasor(traced.relight(stripes))
-        shifts = [
+        shift_px, own_shift_px = (
             np.angle(ours * np.conj(_phasor(one))) * stripes_px / (2.0 * np.pi)
             for one in (stock, third.relight(stripes))
-        ]
-    return Compared(traced, other, known.mean, known.variance, known.direct, *shifts, own_white)
+        )
+    return Compared(
+        traced, other, known.mean, known.variance, known.direct, shift_px, own_shift_px, own_white
+    )
 
 
 def _stripes(optics: Optics, period_px: float) -> Floats32:

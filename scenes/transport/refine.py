@@ -120,7 +120,7 @@ def needed_samples(
 
 
 def _rounded_up(wanted: Floats) -> Ints:
-    """The next power of two: one net. Two or three of half the size leave 8 % more error for as many paths."""
+    """The next power of two: one net. Two or three of half the size leave 8 % more error."""
     return np.asarray(np.exp2(np.ceil(np.log2(wanted)))).astype(np.int64)
 
 

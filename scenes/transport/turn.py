@@ -67,7 +67,7 @@ def turned(
     wo, guides = dr.if_stmt(
         (si, guided, (choice - share) / (1.0 - share), direction, active),
         choice < share,
-        lambda si, guided, choice, direction, active: _by_guide(mi, guided, direction),
+        lambda _si, guided, _choice, direction, _active: _by_guide(mi, guided, direction),
         lambda si, guided, choice, direction, active: _by_reflection(
             mi, si, guided, choice, direction, active
         ),

@@ -7,7 +7,6 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from scenes.transport.neighbours import summed
 
-
 _LEAST_FALL, _MOST_FALL = 2.0, 8.0
 """Of the variance, for twice the points: independent ones, and a net where the light is smooth (2^3, Owen
 1997)."""
