@@ -1,10 +1,14 @@
 """The standard error that nets state of themselves, against nets whose error is known."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from burrscan.arrays import Floats, Ints32
+from burrscan.arrays import Floats
 from scenes.transport.arrivals import gather
 from scenes.transport.paths import Arrival
 from scenes.transport.uncertainty import standard_error
@@ -13,14 +17,9 @@ _SHAPE = (40, 50)
 _SAMPLES = 64
 
 
-class _Column:
+def column(values: NDArray[Any]) -> Any:
     """An array as Dr.Jit hands it out."""
-
-    def __init__(self, values: Floats | Ints32) -> None:
-        self._values = values
-
-    def numpy(self) -> Floats | Ints32:
-        return self._values
+    return SimpleNamespace(numpy=lambda: values)
 
 
 def lights(kind: str, rng: np.random.Generator) -> Floats:
@@ -51,9 +50,9 @@ def test_the_error_of_a_net_is_as_stated(kind: str, within: float) -> None:
     path = np.arange(light.size, dtype=np.uint32)
     lit = light.ravel() > 0.0
     arrival = Arrival(
-        _Column(path[lit]),
-        _Column(np.zeros(int(lit.sum()), np.uint32)),
-        _Column(light.ravel()[lit].astype(np.float32)),
+        column(path[lit]),
+        column(np.zeros(int(lit.sum()), np.uint32)),
+        column(light.ravel()[lit].astype(np.float32)),
         [],
     )
     gathered = gather([arrival], samples=np.full(len(light), _SAMPLES), learn=False)
