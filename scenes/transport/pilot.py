@@ -77,11 +77,7 @@ def _traced(
     return Pilot(
         pixels=pixels,
         direct=SparseRows(*splat(u, v, w, offsets, shape=optics.rig.projector.shape, profile=optics.profile)),
-        bounced=gather(
-            bounced.arrivals,
-            samples=np.full(len(pixels), samples),
-            learn=True,
-        ),
+        bounced=gather(bounced.arrivals, samples=np.full(len(pixels), samples), learn=True),
         ambient=(ambient / samples).astype(np.float32),
         centres=response_centres(u, v, w, offsets),
     )
