@@ -63,6 +63,9 @@ class RenderSpec:
     most
         Further paths that no pixel exceeds, beyond the first 32; a power of two. What they leave is stated
         with the transport.
+    paths
+        Further paths of all pixels together. Where they need more, as in deep polished grooves, ``most`` is
+        halved until they do.
 
     """
 
@@ -73,6 +76,7 @@ class RenderSpec:
     seed: Annotated[int, Field(ge=0)] = 0
     error: Annotated[float, Field(gt=0.0)] = 0.023
     most: Annotated[int, Field(ge=64, le=65536)] = 1024
+    paths: Annotated[int, Field(ge=1 << 20, le=1 << 32)] = 1 << 24
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,7 @@ def needed_samples(
     seen: Bools,
     error: float,
     most: int,
+    paths: int,
 ) -> Ints:
     """How many more paths each pixel needs, (h, w); 0 where those it had suffice.
 
@@ -93,6 +94,8 @@ def needed_samples(
         goes with stripes: where light of many columns mixes, as in a groove, an error shifts stripes far.
     most
         Paths that a round gives no pixel more of, a power of two: half the points would be worse nets.
+    paths
+        Of all pixels together. Where they need more, those that need most get less.
 
     """
     need = np.zeros(seen.shape, np.int64)
@@ -115,7 +118,11 @@ def needed_samples(
     ratio, had = ratio[uncertain], had[uncertain]
     wanted = np.clip(np.maximum(ratio, 1.0) ** (1.0 / _RATE), LEAST_SAMPLES, most)
     more = np.minimum(_rounded_up(np.maximum(wanted - had, LEAST_SAMPLES)), most)
-    need.flat[traced[uncertain]] = np.where(wanted > np.maximum(had, pilot), more, 0)
+    more = np.where(wanted > np.maximum(had, pilot), more, 0)
+    while more.sum() > paths and most > LEAST_SAMPLES:
+        most //= 2
+        more = np.minimum(more, most)
+    need.flat[traced[uncertain]] = more
     return need
 
 

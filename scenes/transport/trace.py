@@ -34,6 +34,7 @@ def trace(
     seed: int = 0,
     error: float = 0.023,
     most: int = 1024,
+    paths: int = 1 << 24,
 ) -> LightTransport:
     """Trace the light transport between projector and camera.
 
@@ -54,6 +55,9 @@ def trace(
         geometric mean of its whole light and what of it goes with stripes; infinite for none.
     most
         Further paths that no pixel exceeds, beyond a first round of 32; a power of two.
+    paths
+        Further paths of all pixels together, by which time and memory are bounded: where they need more, as
+        in deep polished grooves, ``most`` is halved until they do.
 
     Complexity: O(paths × bounces) rays; memory O(paths that carry light + one pass).
 
@@ -92,6 +96,7 @@ def trace(
             seen=seen,
             error=error,
             most=most_now,
+            paths=paths,
         )
         if not need.any():
             break

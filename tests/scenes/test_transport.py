@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.ndimage import binary_erosion
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Floats, Ints
 from burrscan.errors import InputError
 from scenes.rig import RigSpec
 from scenes.transport.footprint import sample_sets
@@ -151,12 +151,43 @@ def test_paths_are_asked_for_in_whole_nets_and_never_too_many() -> None:
             seen=seen,
             error=0.02,
             most=most,
+            paths=1 << 30,
         )
         asked = need[need > 0]
         assert asked.size > 50
         assert (asked & (asked - 1) == 0).all()
         assert asked.max() <= most
     assert np.unique(asked).tolist() == [32, 64, 128, 256, 512, 1024]
+
+
+def test_all_paths_together_are_bounded_by_what_the_dearest_pixels_get() -> None:
+    """Whole nets still; pixels that need little keep them all, unless even the least is too much."""
+    shape, seen = (40, 50), np.ones((40, 50), np.bool_)
+    variance = 1e-4 * np.exp2(np.arange(50) * 0.35 + np.zeros(shape))
+
+    def need(paths: int) -> Ints:
+        return needed_samples(
+            variance,
+            direct=np.ones((3, *shape)),
+            indirect=np.ones((3, *shape)),
+            refined=np.zeros(shape, np.int64),
+            pilot=16,
+            seen=seen,
+            error=0.02,
+            most=1024,
+            paths=paths,
+        )
+
+    free = need(1 << 30)
+    for share in (0.9, 0.5, 0.2):
+        bounded = need(int(share * free.sum()))
+        most = int(bounded.max())
+        assert 0.2 * share * free.sum() < bounded.sum() <= share * free.sum()
+        assert np.array_equal(bounded, np.minimum(free, most))
+        assert most & (most - 1) == 0
+        assert np.minimum(free, 2 * most).sum() > share * free.sum()
+    assert np.array_equal(need(1) > 0, free > 0)
+    assert need(1).max() == 32
 
 
 def test_where_stripes_cancel_more_paths_are_asked_for() -> None:
@@ -173,6 +204,7 @@ def test_where_stripes_cancel_more_paths_are_asked_for() -> None:
         seen=seen,
         error=0.02,
         most=4096,
+        paths=1 << 30,
     )
     middles = need[15, [4, 14, 25]]
     # the error allowed falls as the root of the share, at most to a tenth's; paths grow as its power -1/0.6
