@@ -86,8 +86,10 @@ class RandomDesign:
         Dotted path to where its values come from.
     method
         ``sobol``: a Sobol sequence, scrambled after Owen (1998); its first points are the same however many
-        are asked for, so that a longer run adds to a shorter one. ``latin_hypercube``: McKay, Beckman and
-        Conover (1979); each parameter's range is divided into ``points`` slices and each slice is met once.
+        are asked for, so that a longer run adds to a shorter one. With less than a hundred points some pairs
+        of parameters go together. ``latin_hypercube``: McKay, Beckman and Conover (1979); each parameter's
+        range is divided into ``points`` slices and each slice is met once, in an order that spreads pairs of
+        parameters evenly (least centred discrepancy, Jin, Chen and Sudjianto 2005).
     design_seed
         Of the design, which belongs to the suite: another seed of a *run* draws other noise and jitter only.
 
@@ -116,7 +118,9 @@ class RandomDesign:
 
         random = np.random.default_rng(self.design_seed)
         if self.method == "latin_hypercube":
-            return np.asarray(qmc.LatinHypercube(len(self.draw), rng=random).random(self.points))
+            return np.asarray(
+                qmc.LatinHypercube(len(self.draw), rng=random, optimization="random-cd").random(self.points)
+            )
         sobol = qmc.Sobol(len(self.draw), rng=random)  # balanced by powers of two: take the first points
         return np.asarray(sobol.random_base2((self.points - 1).bit_length())[: self.points])
 

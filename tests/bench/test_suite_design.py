@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from collections import defaultdict
+from dataclasses import replace
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats import qmc
 
 from bench.suites.cases import expand
 from bench.suites.catalogue import load_suite
+from bench.suites.design import Draw, RandomDesign
 from bench.suites.suite import Suite, suite_from
 from bench.suites.variants import pipeline_of
 from burrscan.errors import InputError
@@ -60,6 +64,38 @@ def test_more_points_of_a_sobol_design_leave_the_first_as_they_were() -> None:
     assert few is not None
     assert many is not None
     assert many.values()[:20] == few.values()
+
+
+def test_no_two_parameters_of_a_latin_hypercube_go_together() -> None:
+    bounds = {f"pose.{name}_deg": Draw(0.0, 1.0) for name in "abcdefghi"}
+    design = RandomDesign(points=40, draw=bounds, method="latin_hypercube")
+    sobol = replace(design, method="sobol")
+    assert worst_pair(design) < 0.5 * worst_pair(sobol)
+    independent = np.random.default_rng(0).random((100, 40, 2))
+    assert worst_pair(design) < np.min([qmc.discrepancy(pair) for pair in independent])
+
+
+def worst_pair(design: RandomDesign) -> float:
+    """Largest centred discrepancy of two parameters."""
+    columns = np.array([[point[path] for point in design.values()] for path in design.draw])
+    return max(float(qmc.discrepancy(np.transpose(pair))) for pair in combinations(columns, 2))
+
+
+def test_burrs_of_every_kind_have_every_height_in_the_standard_suite() -> None:
+    """Else its curve of a kind is one of heights. As a Sobol design the suite fails: 0.63 of curled burrs."""
+    standard = load_suite("standard")
+
+    def worst(design: RandomDesign | None) -> float:
+        by_kind = defaultdict(list)
+        for case in expand(replace(standard, random=design)):
+            for burr in case.document["burr"]:
+                height = math.log(burr["height_mm"] / 0.1) / math.log(25.0)
+                by_kind[burr["kind"], burr.get("section")].append(height)
+        return max(float(stats.kstest(heights, "uniform").statistic) for heights in by_kind.values())
+
+    assert standard.random is not None
+    assert worst(standard.random) < 0.35
+    assert worst(replace(standard.random, method="sobol")) > 0.45
 
 
 def test_a_grid_is_crossed_with_every_point() -> None:
@@ -212,7 +248,7 @@ def test_the_standard_suite_is_what_its_title_says() -> None:
     assert len(burrs) >= 120, "fewer do not bear a90/95: bench/detection/README.md"
     assert 0.1 <= min(burrs) < 0.15
     assert 2.0 < max(burrs) <= 2.5
-    assert 0.2 <= 1.0 - len(burrs) / len(cases) <= 0.3, "clean wheels, for false calls"
+    assert 0.2 <= (len(cases) - len(burrs)) / len(cases) <= 0.3, "clean wheels, for false calls"
     seed = next(pipeline_of(v) for v in standard.variant if v.name == "seed")
     assert (seed.scan.method, seed.axis.method, seed.burrs.method) == ("seed", "seed", "seed")
     literal = next(pipeline_of(v) for v in standard.variant if v.name == "seed-literal")
