@@ -10,15 +10,17 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
+from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, height_of, misfit_of
+from burrscan.burrs.shape.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, misfit_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
-_STRETCH = 6.0
-"""Least length over which a height is stated, in spacings of the vertices."""
+_STRETCH = 4.0
+"""Least length over which a height is stated, in spacings of the vertices. With 6 the tops of torn burrs are
+lost (95 % of heights 0.49 instead of 0.45 mm), 3 gains nothing."""
 _LEAST_SIGNIFICANCE = 4.0
 """In noise deviations of the height: lower lets noise through as burrs, higher loses faint ones."""
 _NO_TRIANGLE = 0.02
@@ -54,8 +56,6 @@ class Site:
         The detection statistic over its noise.
     inflation
         How much the noise of a mean of many vertices exceeds what independent noise would give.
-    shared_share
-        Share of the errors' variance that neighbours have in common: such errors hide the cross-section.
 
     """
 
@@ -64,7 +64,6 @@ class Site:
     sign: int
     significance: float
     inflation: float = 1.0
-    shared_share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
     most, sigma = height_of(frame.patch, ridge, least_mm=_STRETCH * field.spacing_mm)
-    height = Value(most, float(np.hypot(sigma, site.shared_share * ridge.open_mm)))
+    height = Value(most, float(np.hypot(sigma, ridge.open_mm)))
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)

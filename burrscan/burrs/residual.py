@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import Literal, NamedTuple
 
@@ -139,7 +138,7 @@ def _certain(
             continue
         if openings and openings.beside(region) > MOST_OPEN:
             continue
-        burr = describe(field, replace(site, shared_share=noise.shared_share), axis)
+        burr = describe(field, site, axis)
         if burr is None:
             continue
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))

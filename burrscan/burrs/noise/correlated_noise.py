@@ -40,11 +40,6 @@ class Noise:
     own_mm: float
     shared_mm: float
 
-    @property
-    def shared_share(self) -> float:
-        """Share of the variance that is common to neighbours."""
-        return self.shared_mm**2 / max(self.own_mm**2 + self.shared_mm**2, 1e-300)
-
 
 @dataclass(frozen=True)
 class Doubt:

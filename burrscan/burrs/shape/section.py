@@ -1,4 +1,4 @@
-"""Cross-sections of a ridge: triangle, parabola, and the triangle as a pixel's footprint rounds it.
+"""Cross-sections of a ridge: triangle, blunt triangle, parabola, and what a pixel's footprint makes of them.
 
 A pixel sees the mean over its footprint, as wide as the distance to the next. So what a scanner gives of a
 crest is the triangle's running mean, lower by height · footprint / (2 · base width).
@@ -6,14 +6,27 @@ crest is the triangle's running mean, lower by height · footprint / (2 · base 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burrscan.arrays import Floats
 
 
-def section(
-    x: Floats, left: float, right: float, power: int, footprint: float
-) -> tuple[Floats, Floats, Floats, Floats]:
+class Kind(NamedTuple):
+    """What sort of cross-section a ridge has.
+
+    ``power``: 1 for the triangle, 2 for the parabola. ``footprint_mm``: over what width the triangle is
+    averaged, 0 where vertices are points; the parabola is not. ``blunt``: share of the triangle's base by
+    which its top is flat, below 1; the parabola has none.
+    """
+
+    power: int = 1
+    footprint_mm: float = 0.0
+    blunt: float = 0.0
+
+
+def section(x: Floats, left: float, right: float, kind: Kind) -> tuple[Floats, Floats, Floats, Floats]:
     """(N,) heights of a unit cross-section, and their derivatives with x, the left and the right half-width.
 
     Parameters
@@ -22,13 +35,20 @@ def section(
         (N,) places across, from the crest, mm.
     left, right
         Half-widths of the base, mm.
-    power
-        1 for the triangle, 2 for the parabola.
-    footprint
-        Over what width the triangle is averaged, mm; the parabola is not.
+    kind
+        Which.
 
     """
-    if footprint > 0.0 and power == 1:
+    power, footprint, blunt = kind
+    if blunt > 0.0:  # a triangle less the smaller one that its tip was
+        sharp = kind._replace(blunt=0.0)
+        whole, tip = section(x, left, right, sharp), section(x, blunt * left, blunt * right, sharp)
+        shares = blunt, blunt, blunt**2, blunt**2
+        height, by_x, by_left, by_right = (
+            (a - share * b) / (1.0 - blunt) for a, b, share in zip(whole, tip, shares, strict=True)
+        )
+        return height, by_x, by_left, by_right
+    if footprint > 0.0:
         start, end = _below(x - 0.5 * footprint, left, right), _below(x + 0.5 * footprint, left, right)
         area, by_left, by_right, height = ((b - a) / footprint for a, b in zip(start, end, strict=True))
         return area, height, by_left, by_right

@@ -8,6 +8,7 @@ import pytest
 from burrscan.burrs.noise.correlated_noise import _roughness
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import _equations
+from burrscan.burrs.shape.section import Kind
 
 
 def test_the_difference_of_two_neighbours_is_in_units_of_both_their_noises() -> None:
@@ -24,22 +25,22 @@ def test_a_slanted_ridge_fits_vertices_that_lie_on_it() -> None:
     across = v - 0.4 - 0.3 * u
     lift = 1.5 * np.clip(1.0 - np.abs(across) / np.where(across < 0.0, 0.6, 1.0), 0.0, None)
     p = np.array([1.5, 0.4, 0.3, 0.8, 0.25])
-    chi2, gradient, _ = _equations(Patch(u, v, lift, np.full(400, 0.1)), p, 1, 0.0)
+    chi2, gradient, _ = _equations(Patch(u, v, lift, np.full(400, 0.1)), p, Kind())
     assert chi2 < 1e-20
     np.testing.assert_allclose(gradient, 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize(("power", "footprint"), [(1, 0.3), (2, 0.0)])
-def test_the_gradient_is_that_of_chi_squared(power: int, footprint: float) -> None:
+@pytest.mark.parametrize("kind", [Kind(footprint_mm=0.3), Kind(power=2), Kind(blunt=0.4)])
+def test_the_gradient_is_that_of_chi_squared(kind: Kind) -> None:
     rng = np.random.default_rng(4)
     u, v = rng.uniform(-5.0, 5.0, 300), rng.uniform(-2.0, 2.0, 300)
     lift, sigma = rng.normal(0.3, 0.3, 300), rng.uniform(0.1, 0.3, 300)
     p = np.array([0.8, 0.1, 0.15, 1.1, -0.2])
 
     def chi2_at(one: np.ndarray) -> float:
-        return float(_equations(Patch(u, v, lift, sigma), one, power, footprint)[0])
+        return float(_equations(Patch(u, v, lift, sigma), one, kind)[0])
 
     steps = 1e-6 * np.eye(5)
     numeric = [(chi2_at(p + step) - chi2_at(p - step)) / 2e-6 for step in steps]
-    gradient = _equations(Patch(u, v, lift, sigma), p, power, footprint)[1]
+    gradient = _equations(Patch(u, v, lift, sigma), p, kind)[1]
     np.testing.assert_allclose(-2.0 * gradient, numeric, rtol=1e-4, atol=1e-3)

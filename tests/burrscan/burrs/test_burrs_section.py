@@ -7,30 +7,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from burrscan.arrays import Floats
+from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.grid_posterior import posterior_of
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
-from burrscan.burrs.shape.section import section
+from burrscan.burrs.shape.section import Kind, section
 
 HALVES = st.floats(0.3, 1.5)
 
 
 @given(
-    x=st.floats(-2.5, 2.5), left=HALVES, right=HALVES, power=st.sampled_from([1, 2]),
-    footprint=st.sampled_from([0.0, 0.2, 0.9]),
+    x=st.floats(-2.5, 2.5), left=HALVES, right=HALVES,
+    kind=st.sampled_from(
+        [Kind(), Kind(2), Kind(1, 0.2), Kind(1, 0.9), Kind(1, 0.0, 0.4), Kind(1, 0.2, 0.33)]
+    ),
 )  # fmt: skip
-def test_derivatives_are_those_of_the_height(
-    x: float, left: float, right: float, power: int, footprint: float
-) -> None:
-    edges = np.array([-left, 0.0, right])
-    kinks = np.concatenate([edges - 0.5 * footprint, edges, edges + 0.5 * footprint])
+def test_derivatives_are_those_of_the_height(x: float, left: float, right: float, kind: Kind) -> None:
+    edges = np.array([-left, -left * kind.blunt, 0.0, right * kind.blunt, right])
+    kinks = np.concatenate([edges + share * kind.footprint_mm for share in (-0.5, 0.0, 0.5)])
     if np.abs(x - kinks).min() < 1e-4:
         return
-    derived = section(np.array([x]), left, right, power, footprint)[1:]
+    derived = section(np.array([x]), left, right, kind)[1:]
     e = 1e-6
     for k, step in enumerate(np.eye(3) * e):
         up, down = (
-            section(np.array([x + s * step[0]]), left + s * step[1], right + s * step[2], power, footprint)
+            section(np.array([x + s * step[0]]), left + s * step[1], right + s * step[2], kind)
             for s in (1.0, -1.0)
         )
         assert derived[k] == pytest.approx((up[0] - down[0]) / (2.0 * e), abs=1e-4)
@@ -41,7 +43,14 @@ def test_a_footprint_s_mean_of_a_triangle() -> None:
     fine = np.linspace(-0.25, 0.25, 2001)
     across = x[:, None] + fine
     triangle = np.clip(1.0 - np.abs(across) / np.where(across < 0.0, 1.1, 1.5), 0.0, None)
-    assert section(x, 1.1, 1.5, 1, 0.5)[0] == pytest.approx(triangle.mean(axis=1), abs=1e-3)
+    assert section(x, 1.1, 1.5, Kind(1, 0.5))[0] == pytest.approx(triangle.mean(axis=1), abs=1e-3)
+
+
+def test_a_blunt_triangle_is_written_out() -> None:
+    x = np.linspace(-1.6, 1.9, 36)
+    q = np.abs(x) / np.where(x < 0.0, 1.1, 1.5)
+    expected = np.clip((1.0 - q) / (1.0 - 0.4), 0.0, 1.0)
+    assert section(x, 1.1, 1.5, Kind(1, 0.0, 0.4))[0] == pytest.approx(expected, abs=1e-12)
 
 
 def _columns(
@@ -50,7 +59,7 @@ def _columns(
     """Columns of vertices 0.5 mm apart along a burr 2 mm high at v = 0.05 mm, 60 mm long."""
     rng = np.random.default_rng(1)
     u, v = (grid.ravel() for grid in np.meshgrid(np.arange(-30.0, 30.0, 0.5), places))
-    lift = 2.0 * section(v - 0.05, half, half, 1, footprint)[0] + sigma_mm * rng.normal(size=len(u))
+    lift = 2.0 * section(v - 0.05, half, half, Kind(1, footprint))[0] + sigma_mm * rng.normal(size=len(u))
     return Patch(u, v, lift, np.full(len(u), sigma_mm))
 
 
@@ -74,7 +83,7 @@ def test_known_places_reach_the_bound() -> None:
     pulls, sigmas = [], []
     for _ in range(40):
         u, v = rng.uniform(-30.0, 30.0, 1500), rng.uniform(-1.5, 1.5, 1500)
-        lift = 2.0 * section(v, 0.5, 0.5, 1, 0.0)[0] + 0.05 * rng.normal(size=1500)
+        lift = 2.0 * section(v, 0.5, 0.5, Kind())[0] + 0.05 * rng.normal(size=1500)
         found = posterior_of(
             Patch(u, v, lift, np.full(1500, 0.05)), np.array([1.5, 0.1, 0.0, 0.7]), spacing_mm=0.5,
             slanted=True,
@@ -94,12 +103,12 @@ def test_known_places_reach_the_bound() -> None:
 def test_whether_vertices_are_points_or_footprints_is_seen(footprint: float) -> None:
     rng = np.random.default_rng(3)
     u, v = rng.uniform(-30.0, 30.0, 2000), rng.uniform(-3.0, 3.0, 2000)
-    lift = 2.0 * section(v, 1.0, 1.0, 1, footprint)[0] + 0.03 * rng.normal(size=2000)
+    lift = 2.0 * section(v, 1.0, 1.0, Kind(1, footprint))[0] + 0.03 * rng.normal(size=2000)
     patch = Patch(u, v, lift, np.full(2000, 0.03))
     first = first_ridge(patch, spacing_mm=0.5, start=(-30.0, 30.0))
     assert first is not None
     ridge = fit_ridge(patch, first, spacing_mm=0.5)
-    assert ridge.footprint_mm == footprint
+    assert ridge.kind == Kind(1, footprint)
     assert ridge.height_mm == pytest.approx(2.0, abs=0.03)
     assert ridge.width_mm == pytest.approx(2.0, abs=0.03)
 
@@ -113,3 +122,33 @@ def test_a_ridge_beside_all_of_its_vertices_is_left_as_it_is() -> None:
     assert first is not None
     beside = replace(first, parameters=first.parameters + np.array([0.0, 100.0, 0.0, 0.0, 0.0]))
     assert fit_ridge(patch, beside, spacing_mm=0.8).height_mm == pytest.approx(beside.height_mm)
+
+
+def _ridge_of(heights: Floats, *, kind: Kind, half: float, seed: int) -> tuple[float, float]:
+    """Height and sigma of a burr 24 mm long, its crest as given over each 2 mm, vertices 0.5 mm apart."""
+    rng = np.random.default_rng(seed)
+    u, v = rng.uniform(-12.0, 12.0, 600), rng.uniform(-3.0, 3.0, 600)
+    crest = heights[np.minimum(((u + 12.0) / 24.0 * len(heights)).astype(int), len(heights) - 1)]
+    lift = crest * section(v, half, half, kind)[0] + 0.02 * rng.normal(size=600)
+    patch = Patch(u, v, lift, np.full(600, 0.02))
+    first = first_ridge(patch, spacing_mm=0.5, start=(-12.0, 12.0))
+    assert first is not None
+    return height_of(patch, fit_ridge(patch, first, spacing_mm=0.5), least_mm=2.0)
+
+
+@pytest.mark.parametrize("half", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("kind", [Kind(), Kind(2), Kind(1, 0.5, 0.33), Kind(1, 0.5, 0.67)])
+def test_a_crest_s_height_is_told_whatever_its_section(kind: Kind, half: float) -> None:
+    """A triangle alone overshoots blunt crests by a tenth to a quarter."""
+    height, sigma = _ridge_of(np.full(12, 1.2), kind=kind, half=half, seed=5)
+    assert height == pytest.approx(1.2, abs=max(3.0 * sigma, 0.02))
+    assert sigma < 0.05
+
+
+def test_a_torn_burr_is_as_high_as_its_highest_stretches_and_surely_so() -> None:
+    """Differences along it make one ridge fit badly; they are not noise, and must not hide behind it."""
+    heights = np.array([0.6, 0.7, 0.6, 0.8, 1.2, 1.3, 1.2, 0.8, 0.6, 0.5, 0.6, 0.5])
+    found = [_ridge_of(heights, kind=Kind(), half=1.0, seed=seed) for seed in range(16)]
+    height, sigma = np.mean(found, axis=0)
+    assert height == pytest.approx(1.23, abs=0.08)
+    assert sigma < 0.04
