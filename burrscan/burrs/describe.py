@@ -13,7 +13,7 @@ from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.ridge import TELLS_SHAPES, Ridge, first_ridge, fit_ridge, misfit_of
+from burrscan.burrs.shape.ridge import Ridge, first_ridge, fit_ridge, misfit_of
 from burrscan.inspection import Axis, Burr, Value
 
 _ELONGATED = 1.3
@@ -25,6 +25,9 @@ _LEAST_SIGNIFICANCE = 4.0
 """In noise deviations of the height: lower lets noise through as burrs, higher loses faint ones."""
 _NO_TRIANGLE = 0.02
 """Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
+_NO_TRIANGLE_SHARED = 0.01
+"""The part of it that is the same all along the burr: no number of vertices takes it off. Of 36 drawn burrs
+without any noise the heights are 0.0 to 2.4 % off, 0.4 in the median."""
 _NO_HEIGHT = 0.5
 """Share of a burr's height by which heights in corners of the part may be wrong."""
 _CORNER = np.cos(np.radians(20.0))
@@ -36,6 +39,8 @@ _LEAST_EXPLAINED = 0.5
 Where metal is missing each place has one depth, and one ridge is like it: of 42 nicks, rough ones too, all
 had 0.85 or more. A burr that is rolled over has two heights at one place, and a torn one many along it: of
 such down to 0.26 is explained, so nothing is asked of them."""
+_TELLS_FRAMES = 1.5
+"""Half-width, in vertex spacings, from which the first triangles tell which frame is the burr's."""
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 
@@ -126,7 +131,7 @@ def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Fram
     fits = [(frame, ridge) for frame, ridge in firsts if ridge is not None]
     if not fits:
         return frames[0], None
-    if all(ridge.parameters[3] > TELLS_SHAPES * field.spacing_mm for _, ridge in fits):
+    if all(ridge.parameters[3] > _TELLS_FRAMES * field.spacing_mm for _, ridge in fits):
         fits = [min(fits, key=_misfit)]
     return min(
         ((frame, fit_ridge(frame.patch, ridge, spacing_mm=field.spacing_mm)) for frame, ridge in fits),
@@ -186,7 +191,7 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
     most, sigma = height_of(frame.patch, ridge, least_mm=_STRETCH * field.spacing_mm)
-    height = Value(most, float(np.hypot(sigma, ridge.open_mm)))
+    height = Value(most, float(np.sqrt(sigma**2 + ridge.open_mm**2 + (_NO_TRIANGLE_SHARED * most) ** 2)))
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)

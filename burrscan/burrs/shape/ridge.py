@@ -25,9 +25,11 @@ _FLANK = 0.15
 """Share of the height above which a vertex tells whether the burr is there."""
 _WELL_SAMPLED = 2.5
 """Half-width, in vertex spacings, from which the width is never in doubt."""
-TELLS_SHAPES = 1.0
-"""Half-width, in vertex spacings, from which other cross-sections than the triangle are tried: two vertices
-across tell none."""
+_TELLS_SHAPES = 1.0
+"""Half-width, in vertex spacings, from which other cross-sections than the triangle are tried."""
+_WIDEST_GAP = 0.5
+"""Share of the half-width: where vertices leave more of the base unseen, as two or three rows along a burr
+do, they tell no cross-section from another. What they tell then is one of many that go through them all."""
 _LONG = 3.0
 """Length, in vertex spacings, from which a burr tells its direction."""
 _TRIANGLE = Kind()
@@ -334,15 +336,23 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
         noise_mm=found.noise_mm,
         misfit=found.chi2 / count,
     )
-    if found.mean[3] < TELLS_SHAPES * spacing:
+    if found.mean[3] < _TELLS_SHAPES * spacing or _gap(near, summed) > _WIDEST_GAP * found.mean[3]:
         return summed
     averaged = _averaged(near, summed, (_SYMMETRIC,), spacing)
-    if averaged.kind != _TRIANGLE:
-        return averaged
     extent = (ridge.start_mm, ridge.end_mm)
     triangle = _fitted(near, summed.parameters, _TRIANGLE, _SYMMETRIC, extent, spacing)
-    by = summed.height_mm / triangle.height_mm  # a descent's height differs from the posterior's mean
-    return _of_height(summed, by * averaged.height_mm, by * averaged.open_mm)
+    # a descent's height differs from the posterior's mean, and it does not know what is open
+    by = summed.height_mm / triangle.height_mm
+    likeliest = summed if averaged.kind == _TRIANGLE else replace(averaged, covariance=summed.covariance)
+    return _of_height(likeliest, by * averaged.height_mm, by * averaged.open_mm)
+
+
+def _gap(patch: Patch, ridge: Ridge) -> float:
+    """Widest part of the base, across, without a vertex."""
+    _, centre, slope, half, _ = ridge.parameters
+    v = patch.v_mm - centre - slope * patch.u_mm
+    places = np.sort(np.append(v[np.abs(v) < half], [-half, half]))
+    return float(np.diff(places).max())
 
 
 def _extent(patch: Patch, ridge: Ridge, spacing: float) -> tuple[float, float]:
