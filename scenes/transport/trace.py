@@ -116,8 +116,8 @@ def trace(
             learn=learn,
         )
         refined += need
-    paths = [(pixels, one.samples) for pixels, one in bounced]
-    shared = list(zip(bounced, shares(paths, refined=refined.ravel(), pilots=pilot_parts), strict=True))
+    traced = [(pixels, one.samples) for pixels, one in bounced]
+    shared = list(zip(bounced, shares(traced, refined=refined.ravel(), pilots=pilot_parts), strict=True))
     sigma = standard_error(
         _sum([(pixels, one.variance * share) for (pixels, one), share in shared], view.shape),
         _sum([(pixels, one.halves * share**2) for (pixels, one), share in shared], view.shape),
