@@ -47,6 +47,10 @@ _LEVEL = 0.4
 _HIDES = 2.0
 """Cells above the surface that one unmeasured cell speaks for: what stands up hides what is behind it and
 shades it, the walls of a nick are seen."""
+_ALL_ONE_SIDE = 3.0
+"""What cells that are all above, or all below, are worth, as a difference of misfits: a likelihood ratio of
+1.7 standard deviations. Of 137 rendered places that it was chosen in view of 2 are told wrong with 2, 3 with 3
+or 4, 4 with 6; cells that decide alone whatever the model does not clearly tell, as they did, 5."""
 _HIGH = 0.8
 """Share of a place's depths below what stands for its height: the highest of them are noise."""
 
@@ -96,30 +100,24 @@ class Place:
 
     @property
     def side(self) -> int:
-        """+1 where material is too much, -1 where it is missing: as told, else by what hides more.
-
-        Where as much is seen above as below, to the count's own error, what is told decides however weak.
-        """
-        if self.told is not None and self.told.side:
-            return self.told.side
-        more = self.told.ridge_over_nick if self.told is not None and self._tie else self._more
-        return 1 if more >= 0.0 else -1
+        """+1 where material is too much, -1 where it is missing."""
+        return 1 if self._standing >= 0.0 else -1
 
     @property
     def undecided(self) -> bool:
-        """Whether as much is seen above as below, and what is told does not even lean to a side."""
-        return self._tie and (self.told is None or not self.told.leans)
+        """Whether it is less than a standard deviation that tells the side."""
+        return abs(self._standing) < 1.0
 
     @property
-    def _tie(self) -> bool:
-        """Whether no side is told, and the counts differ by no more than their standard deviation."""
-        told = self.told is not None and self.told.side != 0
-        return not told and abs(self._more) <= np.sqrt(self.above + self.below + self.unmeasured)
+    def _standing(self) -> float:
+        """What speaks for material too much, as a difference of misfits: what is told, and the cells counted.
 
-    @property
-    def _more(self) -> float:
-        """Cells that speak for material too much, less those that speak against it."""
-        return self.above + _HIDES * self.unmeasured - self.below
+        What cells tell is bounded: walls of a nick that mirror each other show two thirds of them above.
+        """
+        more = self.above + _HIDES * self.unmeasured - self.below
+        share = more / max(self.above + self.below + self.unmeasured, 1)
+        told = self.told.ridge_over_nick if self.told is not None else 0.0
+        return told + _ALL_ONE_SIDE * min(max(share, -1.0), 1.0)
 
 
 def disturbed(

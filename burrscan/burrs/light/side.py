@@ -36,8 +36,8 @@ _ROUGHER_DEG = (0.0, 10.0, 25.0)
 """Widenings of the flanks' lobe: as the wheel, as what was torn or cut coarsely, and nearly matt."""
 _DEPTH_SIGMA = 0.6
 """Error of the model's depth, in cells: a pixel sees that much to both sides of an edge."""
-_DECIDES = 4.0
-"""Difference of the misfits from which they decide: a likelihood ratio of two standard deviations."""
+_CONTRADICTS = 4.0
+"""Difference of the misfits from which a height is contradicted: a likelihood ratio of two of them."""
 _SEEN = 0.2
 """Share of a column with a depth from which that depth counts."""
 
@@ -86,27 +86,16 @@ class Told:
 
     @property
     def ridge_over_nick(self) -> float:
-        """By how much a ridge explains a place better than a nick, in differences that decide."""
+        """By how much a ridge explains a place better than a nick: difference of the misfits."""
         ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
-        return float(nick - ridge) / _DECIDES
-
-    @property
-    def side(self) -> int:
-        """+1 where a ridge explains a place better, -1 where a nick does, 0 where neither does clearly."""
-        better = self.ridge_over_nick
-        return 0 if abs(better) < 1.0 else int(np.sign(better))
-
-    @property
-    def leans(self) -> bool:
-        """Whether one of the two is better by a standard deviation at least."""
-        return abs(self.ridge_over_nick) * _DECIDES >= 1.0
+        return float(nick - ridge)
 
     def contradicts(self, height_mm: float, *, side: int) -> bool:
         """Whether burrs of that side and height explain the place clearly worse than others of that side."""
         misfits = self.misfits[int(side < 0)]
         heights = self.widths_mm[:, None] * self.aspects
         like = np.abs(np.log(heights / height_mm)) <= np.log(_NEAR)
-        return bool(misfits[like].min(initial=np.inf) - misfits.min() >= _DECIDES)
+        return bool(misfits[like].min(initial=np.inf) - misfits.min() >= _CONTRADICTS)
 
     def height(self, *, side: int, aspect: Value) -> Value:
         """Mean height over the burrs of a side, each as likely as it explains the place; mm.
