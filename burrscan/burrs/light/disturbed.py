@@ -49,7 +49,7 @@ _HIDES = 2.0
 shades it, the walls of a nick are seen."""
 _ALL_ONE_SIDE = 3.0
 """What cells that are all above, or all below, are worth, as a difference of misfits: a likelihood ratio of
-1.7 standard deviations. Of 137 rendered places that it was chosen in view of 2 are told wrong with 2, 3 with 3
+1.7 standard deviations. Of 137 rendered places, used to choose it, 2 are told wrong with 2, 3 with 3
 or 4, 4 with 6; cells that decide alone whatever the model does not clearly tell, as they did, 5."""
 _HIGH = 0.8
 """Share of a place's depths below what stands for its height: the highest of them are noise."""
