@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import expit
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.shape.grid_posterior import REACH, posterior_of
@@ -336,15 +337,24 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
         noise_mm=found.noise_mm,
         misfit=found.chi2 / count,
     )
-    if found.mean[3] < _TELLS_SHAPES * spacing or _gap(near, summed) > _WIDEST_GAP * found.mean[3]:
-        return summed
-    averaged = _averaged(near, summed, (_SYMMETRIC,), spacing)
     extent = (ridge.start_mm, ridge.end_mm)
     triangle = _fitted(near, summed.parameters, _TRIANGLE, _SYMMETRIC, extent, spacing)
+    if found.mean[3] < _TELLS_SHAPES * spacing or _gap(near, summed) > _WIDEST_GAP * found.mean[3]:
+        seen = _fitted(near, summed.parameters, Kind(footprint_mm=spacing), _SYMMETRIC, extent, spacing)
+        return replace(summed, open_mm=summed.height_mm * _spread(triangle, seen, count))
+    averaged = _averaged(near, summed, (_SYMMETRIC,), spacing)
     # a descent's height differs from the posterior's mean, and it does not know what is open
     by = summed.height_mm / triangle.height_mm
     likeliest = summed if averaged.kind == _TRIANGLE else replace(averaged, covariance=summed.covariance)
     return _of_height(likeliest, by * averaged.height_mm, by * averaged.open_mm)
+
+
+def _spread(one: Ridge, other: Ridge, count: int) -> float:
+    """Standard deviation, as a share, of a height that is either of two, as likely before all data."""
+    misfit = max(1.0, min(one.chi2, other.chi2) / count)
+    share = float(expit(-0.5 * abs(one.chi2 - other.chi2) / misfit**2))
+    ratio = max(one.height_mm, 1e-9) / max(other.height_mm, 1e-9)
+    return float(np.sqrt(share * (1.0 - share)) * abs(np.log(ratio)))
 
 
 def _gap(patch: Patch, ridge: Ridge) -> float:
