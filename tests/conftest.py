@@ -18,11 +18,8 @@ from hypothesis import settings
 from bench.memory import keep_freed
 
 if "PYTEST_XDIST_WORKER" in os.environ:  # every core has a process of its own; read when numpy is loaded
-    for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BURRSCAN_THREADS"):
+    for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(_name, "1")
-    import numba
-
-    numba.set_num_threads(1)  # by its variable it could not be set to more by the tests that do
 
 keep_freed()  # as every command does
 settings.register_profile("compiled", deadline=None)  # the first call of a kernel compiles it

@@ -52,10 +52,9 @@ def test_noise_is_fixed_by_the_case_and_the_picture_alone() -> None:
     def take(frames: slice, first: int, identity: tuple[int, ...] = (3, 1)) -> Image:
         return expose(light[frames], camera=CAMERA, exposure_ms=9.0, identity=identity, first_frame=first)
 
-    threads = nb.get_num_threads()
-    nb.set_num_threads(nb.config.NUMBA_NUM_THREADS)
     whole = take(slice(None), 0)
     assert np.array_equal(whole, np.concatenate([take(slice(0, 1), 0), take(slice(1, 4), 1)]))
+    threads = nb.get_num_threads()
     nb.set_num_threads(1)
     assert np.array_equal(whole, take(slice(None), 0))
     nb.set_num_threads(threads)
