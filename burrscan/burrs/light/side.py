@@ -37,7 +37,8 @@ _ROUGHER_DEG = (0.0, 10.0, 25.0)
 _DEPTH_SIGMA = 0.6
 """Error of the model's depth, in cells: a pixel sees that much to both sides of an edge."""
 _CONTRADICTS = 4.0
-"""Difference of the misfits from which a height is contradicted: a likelihood ratio of two of them."""
+"""Difference of the misfits from which a height is contradicted: a likelihood ratio of two
+standard deviations."""
 _SEEN = 0.2
 """Share of a column with a depth from which that depth counts."""
 

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import expit
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.shape.grid_posterior import REACH, posterior_of
@@ -34,12 +33,13 @@ do, they tell no cross-section from another. What they tell then is one of many 
 _LONG = 3.0
 """Length, in vertex spacings, from which a burr tells its direction."""
 _TRIANGLE = Kind()
-_SHAPES = (1, 0.0, 0.0), (1, 1.0, 0.0), (2, 0.0, 0.0), (1, 1.0, 0.33), (1, 1.0, 0.67)
-"""Cross-sections: power, footprint in vertex spacings, and bluntness (:class:`Kind`)."""
+_SHAPES = Kind(), Kind(1, 1.0), Kind(2), Kind(1, 1.0, 0.33), Kind(1, 1.0, 0.67)
+"""Cross-sections, their footprints in vertex spacings; the first two differ by what a vertex is alone."""
 _USUAL = 4.0
 """What the weighted sum of squares of any but the first must be less by to count as much: before all data
 a triangle of point-like vertices is e² times as likely as each of the others. With 0 or 2, where data tell
 nothing, triangles that a grid meets in three places come out 4 to 6 % too high."""
+_PRIOR = np.array([0.0, *[_USUAL] * (len(_SHAPES) - 1)])
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
@@ -155,29 +155,32 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float) -> Ridge:
 
 
 def _averaged(patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float) -> Ridge:
-    """The likeliest of all kinds of cross-section, with ``leans`` free, its height the mean over the kinds.
+    """The mean over all kinds of cross-section, with ``leans`` free, by Schwarz's criterion."""
+    free = np.log(max(len(patch.u_mm), 1)) * np.array([lean.sum() for lean in leans])
+    fits = _fits(patch, start, leans, _SHAPES, spacing)
+    return _mean(fits, np.add.outer(free, _PRIOR).ravel(), len(patch.u_mm))
 
-    By Schwarz's criterion. What no kind explains (the misfit, squared) makes all of them less sure: vertices
-    do not err independently, and a scan's worst errors are where burrs are.
-    """
-    count = max(len(patch.u_mm), 1)
-    fits = [
-        _fitted(
-            patch,
-            start.parameters,
-            Kind(power, footprint * spacing, blunt),
-            free,
-            (start.start_mm, start.end_mm),
-            spacing,
-        )
+
+def _fits(
+    patch: Patch, start: Ridge, leans: Sequence[Bools], shapes: Sequence[Kind], spacing: float
+) -> list[Ridge]:
+    """A ridge of every kind of cross-section, ``leans`` by ``leans``."""
+    extent = (start.start_mm, start.end_mm)
+    return [
+        _fitted(patch, start.parameters, Kind(power, footprint * spacing, blunt), free, extent, spacing)
         for free in leans
-        for power, footprint, blunt in _SHAPES
+        for power, footprint, blunt in shapes
     ]
+
+
+def _mean(fits: Sequence[Ridge], prior: Floats, count: int) -> Ridge:
+    """The likeliest ridge, its height the mean over all, ``prior`` being added to their sums of squares.
+
+    What no kind explains (the misfit, squared) makes all of them less sure: vertices do not err
+    independently, and a scan's worst errors are where burrs are.
+    """
     chi2 = np.array([one.chi2 for one in fits])
-    prior = np.add.outer(
-        [np.log(count) * free.sum() for free in leans], [0.0, *[_USUAL] * (len(_SHAPES) - 1)]
-    )
-    score = chi2 / max(1.0, float(chi2.min()) / count) ** 2 + prior.ravel()
+    score = chi2 / max(1.0, float(chi2.min()) / max(count, 1)) ** 2 + prior
     weight = np.exp(-0.5 * (score - score.min()))
     weight /= weight.sum()
     logs = np.log([max(one.height_mm, 1e-9) for one in fits])
@@ -337,24 +340,17 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
         noise_mm=found.noise_mm,
         misfit=found.chi2 / count,
     )
-    extent = (ridge.start_mm, ridge.end_mm)
-    triangle = _fitted(near, summed.parameters, _TRIANGLE, _SYMMETRIC, extent, spacing)
-    if found.mean[3] < _TELLS_SHAPES * spacing or _gap(near, summed) > _WIDEST_GAP * found.mean[3]:
-        seen = _fitted(near, summed.parameters, Kind(footprint_mm=spacing), _SYMMETRIC, extent, spacing)
-        return replace(summed, open_mm=summed.height_mm * _spread(triangle, seen, count))
-    averaged = _averaged(near, summed, (_SYMMETRIC,), spacing)
+    told = found.mean[3] >= _TELLS_SHAPES * spacing and _gap(near, summed) <= _WIDEST_GAP * found.mean[3]
+    shapes = _SHAPES if told else _SHAPES[:2]
+    fits = _fits(near, summed, (_SYMMETRIC,), shapes, spacing)
+    if not told:  # nor whether vertices are points or means over a pixel: either is as likely
+        either = _mean(fits, np.zeros(2), count)
+        return replace(summed, open_mm=summed.height_mm * either.open_mm / either.height_mm)
+    averaged = _mean(fits, _PRIOR, count)
     # a descent's height differs from the posterior's mean, and it does not know what is open
-    by = summed.height_mm / triangle.height_mm
+    by = summed.height_mm / fits[0].height_mm
     likeliest = summed if averaged.kind == _TRIANGLE else replace(averaged, covariance=summed.covariance)
     return _of_height(likeliest, by * averaged.height_mm, by * averaged.open_mm)
-
-
-def _spread(one: Ridge, other: Ridge, count: int) -> float:
-    """Standard deviation, as a share, of a height that is either of two, as likely before all data."""
-    misfit = max(1.0, min(one.chi2, other.chi2) / count)
-    share = float(expit(-0.5 * abs(one.chi2 - other.chi2) / misfit**2))
-    ratio = max(one.height_mm, 1e-9) / max(other.height_mm, 1e-9)
-    return float(np.sqrt(share * (1.0 - share)) * abs(np.log(ratio)))
 
 
 def _gap(patch: Patch, ridge: Ridge) -> float:
