@@ -40,6 +40,7 @@ _USUAL = 4.0
 a triangle of point-like vertices is e² times as likely as each of the others. With 0 or 2, where data tell
 nothing, triangles that a grid meets in three places come out 4 to 6 % too high."""
 _PRIOR = np.array([0.0, *[_USUAL] * (len(_SHAPES) - 1)])
+"""Of each of ``_SHAPES``: minus twice the log of its prior odds."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
