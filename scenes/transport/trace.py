@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from burrscan.arrays import Floats, Floats32, Ints
+from burrscan.arrays import Floats, Ints
 from burrscan.errors import InputError
 from scenes.transport.guide import found
 from scenes.transport.hits import may_see
@@ -74,23 +75,25 @@ def trace(
     first = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)
     direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
-    images = {
-        name: _image([(one.pixels, one.centres[i]) for one in first], view.shape, np.nan).astype(np.float32)
-        for i, name in enumerate(("u_px", "v_px", "spread_px"))
-    }
-    ambient = _image([(one.pixels, one.ambient) for one in first], view.shape).astype(np.float32)
+    centres = np.full((3, *view.shape), np.nan, np.float32)
+    ambient = np.zeros(view.shape, np.float32)
+    for some in first:
+        _flat(centres)[:, some.pixels], _flat(ambient)[some.pixels] = some.centres, some.ambient
     pilot_parts = len(first)
     del first  # its rows are in ``direct``
     refined = np.zeros(view.shape, np.int64)
     stripes = stripe_table(optics.rig.projector.width)
     direct_light = direct.product(stripes).reshape(3, *view.shape).astype(float)
+    variance, indirect_light, fresh = np.zeros(view.shape), np.zeros(direct_light.shape), bounced
     # a first round shows where light comes from, and how much it varies
     for learn, most_now in ((True, LEAST_SAMPLES), (False, most)):
-        variance = _image([(pixels, one.variance) for pixels, one in bounced], view.shape)
+        for pixels, one in fresh:
+            _flat(variance)[pixels] = one.variance
+            _flat(indirect_light)[:, pixels] = one.rows.product(stripes)
         need = needed_samples(
             variance,
             direct=direct_light,
-            indirect=_images([(pixels, one.rows.product(stripes)) for pixels, one in bounced], view.shape),
+            indirect=indirect_light,
             refined=refined,
             pilot=samples,
             seen=seen,
@@ -104,17 +107,20 @@ def trace(
         if not learn:  # nobody asks the parts again
             bounced = [(pixels, one._replace(finds=())) for pixels, one in bounced]
         pixels = np.flatnonzero(need)
-        bounced += refine(
-            mi,
-            scene,
-            optics,
-            pixels=pixels,
-            samples=need.ravel()[pixels],
-            bounces=bounces,
-            seed=seed,
-            finds=finds,
-            learn=learn,
+        fresh = list(
+            refine(
+                mi,
+                scene,
+                optics,
+                pixels=pixels,
+                samples=need.ravel()[pixels],
+                bounces=bounces,
+                seed=seed,
+                finds=finds,
+                learn=learn,
+            )
         )
+        bounced += fresh
         refined += need
     traced = [(pixels, one.samples) for pixels, one in bounced]
     shared = list(zip(bounced, shares(traced, refined=refined.ravel(), pilots=pilot_parts), strict=True))
@@ -132,8 +138,10 @@ def trace(
         direct=direct,
         indirect=added([(pixels, one.rows, share) for (pixels, one), share in shared], seen.size),
         ambient=ambient,
+        u_px=centres[0],
+        v_px=centres[1],
+        spread_px=centres[2],
         indirect_sigma=sigma.astype(np.float32),
-        **images,
     )
 
 
@@ -153,22 +161,10 @@ def shares(parts: Sequence[tuple[Ints, Ints]], *, refined: Ints, pilots: int) ->
 def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats:
     image = np.zeros(shape)
     for pixels, values in parts:
-        image.flat[pixels] += values
+        _flat(image)[pixels] += values
     return image
 
 
-def _images(parts: Sequence[tuple[Ints, Floats32]], shape: tuple[int, int]) -> Floats:
-    """Values (frames, P) of flat pixels as images; of several for one pixel the last holds."""
-    return np.stack(
-        [_image([(pixels, values[k]) for pixels, values in parts], shape) for k in range(len(parts[0][1]))]
-    )
-
-
-def _image(
-    parts: Sequence[tuple[Ints, Floats | Floats32]], shape: tuple[int, int], empty: float = 0.0
-) -> Floats:
-    """Values of flat pixels as an image; of several for one pixel the last holds."""
-    image = np.full(shape, empty)
-    for pixels, values in parts:
-        image.flat[pixels] = values
-    return image
+def _flat(images: NDArray[Any]) -> NDArray[Any]:
+    """A view of (…, h, w) images by flat pixel."""
+    return images.reshape(*images.shape[:-2], -1)
