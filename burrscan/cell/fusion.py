@@ -89,21 +89,38 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         clouds.append((measured, deviation_mm(on_plate, found.axis, found.generatrix)))
         px_mm = float(np.median(outcome.surface.vertices_mm[:, 2])) / rig.camera.fx
         seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
-    belief = belief_of(chart, seen)
-    # what was measured was in sight, whatever the silhouette says: it fills grooves
-    chances = np.stack([SURE * density * view.shows for view, density in seen])
     calls = [
         _call(number, burr, found.T_world_camera[number], T_part_plate, clouds, rig)
         for number, (_, outcome) in enumerate(good)
         for burr in outcome.inspection.burrs
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
-    places = joined(calls, axis=found.axis, chart=chart, chances=chances, burrs=burrs)
+    belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
+    return Fused(found, chart, belief, places)
+
+
+def believed(
+    calls: Sequence[Call],
+    looks: Sequence[tuple[Outlook, Floats]],
+    *,
+    axis: Axis,
+    chart: Chart,
+    burrs: float,
+) -> tuple[Belief, tuple[Place, ...]]:
+    """What looks and their calls leave to believe, and the places called.
+
+    ``looks`` are the outlook of each and, (S, AROUND), the share of each cell that it measured; the others
+    are those of :func:`burrscan.cell.evidence.joined`. O(looks × cells + calls²).
+    """
+    belief = belief_of(chart, looks)
+    # what was measured was in sight, whatever the silhouette says: it fills grooves
+    chances = np.stack([SURE * density * view.shows for view, density in looks])
+    places = joined(calls, axis=axis, chart=chart, chances=chances, burrs=burrs)
+    T_part_plate = T_part_mesh(axis.point_mm, axis.direction)
     for place in places:
         belief.found[line_of(T_part_plate @ place.burr.T_mesh_burr)] += place.probability
-    for place in places:
-        _suspect(belief, chart, place, T_part_plate, [view for view, _ in seen])
-    return Fused(found, chart, belief, places)
+        _suspect(belief, chart, place, T_part_plate, [view for view, _ in looks])
+    return belief, places
 
 
 def _call(

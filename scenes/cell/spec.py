@@ -118,6 +118,8 @@ class CellSpec:
     placed_mm, placed_deg
         How far from upright in the table's middle the part is put: standard deviation along and about each
         axis. Nobody is told.
+    turned_deg
+        It is turned about its axis by any angle up to this: nobody marks a wheel.
     moved_mm, moved_deg
         How far somebody shifts the part before the mill comes: length of the shift along the table, angle of
         the turn about a random axis.
@@ -131,5 +133,6 @@ class CellSpec:
     mill: MillSpec = MillSpec()
     placed_mm: NotNegative = 2.0
     placed_deg: NotNegative = 0.5
+    turned_deg: NotNegative = 360.0
     moved_mm: NotNegative = 2.0
     moved_deg: NotNegative = 1.0

@@ -39,6 +39,7 @@ _TINY: dict[str, Any] = {
         }
     ],
     "task": {"looks": 2, "planner": "ring"},
+    "cell": {"turned_deg": 0.0},  # the burr faces the first look
 }  # fmt: skip
 
 
@@ -76,7 +77,7 @@ def test_wrong_tables_are_refused() -> None:
 
 def test_what_is_asked_is_part_of_a_case() -> None:
     other = {**_TINY, "task": {**_TINY["task"], "planner": "random"}}
-    stiffer = {**_TINY, "cell": {"mill": {"stiffness_n_mm": 900.0}}}
+    stiffer = {**_TINY, "cell": {**_TINY["cell"], "mill": {"stiffness_n_mm": 900.0}}}
     assert len({cell_hash(_TINY), cell_hash(other), cell_hash(stiffer)}) == 3
     assert cell_hash(dict(_TINY)) == cell_hash(_TINY)
 
@@ -121,8 +122,14 @@ def test_the_suite_compares_planners_on_the_same_wheels() -> None:
         document = case.document
         wheels[document["task"]["planner"]].add((str(document["wheel"]), str(document["finish"])))
     assert len({frozenset(kinds) for kinds in wheels.values()}) == 1
+    identities: dict[tuple[str, str], set[str]] = {}
     for case in cases:
         cell_from(case.document, source=case.id)
+        kind = str(case.document["wheel"]), str(case.document["finish"])
+        identities.setdefault(kind, set()).add(case.identity)
+    # of one part each, put down the same way, with the same errors of the arm
+    assert all(len(some) == 1 for some in identities.values())
+    assert len(set.union(*identities.values())) == len(identities)
 
 
 def test_a_tiny_cell_from_end_to_end(tmp_path: Path) -> None:

@@ -70,6 +70,22 @@ def cell() -> SimulatedCell:
     return SimulatedCell(scene, CellSpec(), identity=(3,))
 
 
+def test_a_part_is_put_down_at_any_angle() -> None:
+    scene = scene_from({"wheel": "paper", "rig": {"scale": 0.1}}, source="test")
+    wheel = build_wheel(scene.wheel, scene.burrs)
+
+    def turned_deg(spec: CellSpec) -> list[float]:
+        cells = [SimulatedCell(scene, spec, identity=(seed,), wheel=wheel) for seed in range(100)]
+        sides = [cell.T_plate_part[:2, 0] for cell in cells]
+        return [float(np.degrees(np.arctan2(side[1], side[0]))) for side in sides]
+
+    free = np.sort(np.mod(turned_deg(CellSpec()), 360.0))
+    # Kolmogorov-Smirnov at one in a thousand
+    assert np.abs(free / 360.0 - (np.arange(100) + 0.5) / 100).max() < 1.95 / 10.0
+    assert np.abs(turned_deg(CellSpec(turned_deg=0.0))).max() < 4.0 * CellSpec().placed_deg
+    assert turned_deg(CellSpec()) == turned_deg(CellSpec())
+
+
 def test_the_report_is_nearly_true(cell: SimulatedCell) -> None:
     station = cell.station()
     for pose in arm_poses(station)[:2]:
