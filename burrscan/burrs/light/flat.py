@@ -27,6 +27,12 @@ _FEWEST = 2.5
 line of a short place wander by a pixel."""
 _AGREE = 2.0
 """Standard errors from which the depths of a place agree along it."""
+_ALONG_ROWS = 16
+"""Rows from which a line that stays within a cell is known to lie along the generatrix: to 3.6 degrees to
+either side, which of scratches in all directions is one in 25. Longer lines are surer still."""
+_AGREE_ALONG = 3.0
+"""Standard errors, from row to row, by which the depths of such a line must have the sign of what is called.
+Of 45 scratches along the generatrix on metal (0.15 and 0.4 mm wide) none had more than 2.3."""
 _THIN_CELLS = 1.5
 """A burr that is wider shows in more pixels than one edge crosses."""
 _UPRIGHT = 0.5
@@ -79,7 +85,8 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
 
     Its depths are no larger than the light beside it explains, and cancel along it. What the depth tells of
     (``by_depth``) is an edge only where it is no wider than a pixel, then also where it runs askew over
-    pixels: a burr that small cannot be told from a scratch by one view. O(rows of the burr).
+    pixels: a burr that small cannot be told from a scratch by one view, unless it lies along the generatrix
+    and its rows show what is called. O(rows of the burr).
     """
     thin = burr.width_mm.value <= _THIN_CELLS * surface.step_mm
     if by_depth and not thin:
@@ -106,9 +113,14 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
     edges = _EDGES_BY_DEPTH if by_depth else _EDGES_BY_LIGHT
     if np.mean(squares) > (edges * most) ** 2:
         return False
+    sums = np.array([np.nansum(depth) for depth in depths])
     stretches = 1.0 + float(np.ptp(middles))
+    if len(rows) >= _ALONG_ROWS and stretches <= 2.0:
+        sign = 1.0 if burr.side == "protrusion" else -1.0
+        if sign * float(sums.mean()) * np.sqrt(len(sums)) >= _AGREE_ALONG * float(sums.std()):
+            return False
     askew = thin and stretches >= _FEWEST
-    return askew or not _agree(np.array([np.nansum(depth) for depth in depths]), stretches)
+    return askew or not _agree(sums, stretches)
 
 
 def _across(image: Floats, rows: Sequence[int], middles: Floats, reach: float) -> list[Floats]:
