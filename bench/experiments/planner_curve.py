@@ -49,7 +49,9 @@ _PARTS = 60
 
 
 @dataclass(frozen=True)
-class _World:
+class World:
+    """A wheel in the cell, and what every choice of a stand shows of it."""
+
     station: Station
     chart: Chart
     choices: tuple[Choice, ...]
@@ -59,14 +61,15 @@ class _World:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class Placed:
     """A burr: how it lies (0 along the generatrix, 1 around the axis), its cell, and what is said of it."""
 
     cell: tuple[int, int, int]
     burr: Burr
 
 
-def _world(wheel: str) -> _World:
+def world_of(wheel: str) -> World:
+    """A wheel of the catalogue, upright in the middle of the table."""
     scene = scene_from({"wheel": wheel, "rig": {"scale": 0.5}}, source=wheel)
     cell = SimulatedCell(scene, CellSpec(placed_mm=0.0, placed_deg=0.0, turned_deg=0.0))
     station = cell.station()
@@ -87,17 +90,18 @@ def _world(wheel: str) -> _World:
     ]
     axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), method="truth")
     arms = outlooks(chart, rig, station, poses, np.eye(4))
-    return _World(station, chart, choices, arms, axis, tuple(views))
+    return World(station, chart, choices, arms, axis, tuple(views))
 
 
-def _rows(world: _World, *, outside: bool) -> Ints:
+def _rows(world: World, *, outside: bool) -> Ints:
     """Cells along the generatrix that some pose shows."""
     seen: Bools = np.any([view.seen.any(axis=1) for view in world.views], axis=0)
     r = world.chart.zr_mm[:, 1]
     return np.flatnonzero(seen & ((r > _OUTER * r.max()) if outside else True))
 
 
-def _placed(world: _World, rng: np.random.Generator, *, outside: bool) -> list[_Placed]:
+def burrs_on(world: World, rng: np.random.Generator, *, outside: bool) -> list[Placed]:
+    """Burrs drawn by area: anywhere and lying either way, or outside and along the generatrix."""
     rows = _rows(world, outside=outside)
     area = world.chart.area_mm2[rows]
     return [
@@ -111,7 +115,7 @@ def _placed(world: _World, rng: np.random.Generator, *, outside: bool) -> list[_
     ]
 
 
-def _stated(chart: Chart, line: int, row: int, around: int) -> _Placed:
+def _stated(chart: Chart, line: int, row: int, around: int) -> Placed:
     angle = chart.angles[around : around + 1]
     over = chart.normals(angle)[row, 0]
     side = np.array([-np.sin(angle[0]), np.cos(angle[0]), 0.0])
@@ -125,10 +129,10 @@ def _stated(chart: Chart, line: int, row: int, around: int) -> _Placed:
         height_mm=one, width_mm=one, length_mm=one, area_mm2=one, volume_mm3=one, T_mesh_burr=pose,
         significance=10.0,
     )  # fmt: skip
-    return _Placed((line, row, around), burr)
+    return Placed((line, row, around), burr)
 
 
-def found_by_look(world: _World, planner: str, burrs: list[_Placed], *, seed: int) -> Floats:
+def found_by_look(world: World, planner: str, burrs: list[Placed], *, seed: int) -> Floats:
     """(looks,) share of burrs called for certain after each."""
     plan = resolve(planner, METHODS, stage="planner")
     rng, draws = np.random.default_rng(seed), np.random.default_rng(seed)
@@ -161,14 +165,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=plain)
     parser.add_argument("--parts", type=int, default=_PARTS)
     parts = parser.parse_args().parts
-    worlds = [_world(wheel) for wheel in _WHEELS]
+    worlds = [world_of(wheel) for wheel in _WHEELS]
     for outside in (False, True):
         where = "outside, along the generatrix" if outside else "anywhere"
         print(f"{where}: {parts} parts, found by look, %")
         curves = {planner: np.empty((parts, _LOOKS)) for planner in METHODS}
         for part in range(parts):
             world = worlds[part % len(worlds)]
-            burrs = _placed(world, np.random.default_rng((part, int(outside))), outside=outside)
+            burrs = burrs_on(world, np.random.default_rng((part, int(outside))), outside=outside)
             for planner in METHODS:
                 curves[planner][part] = 100.0 * found_by_look(world, planner, burrs, seed=part)
         for planner, curve in curves.items():
