@@ -29,7 +29,8 @@ _AGREE = 2.0
 """Standard errors from which the depths of a place agree along it."""
 _ALONG_ROWS = 16
 """Rows from which a line that stays within a cell is known to lie along the generatrix: to 3.6 degrees to
-either side, which of scratches in all directions is one in 25. Longer lines are surer still."""
+either side, which of scratches in all directions is one in 25. Longer lines are surer still; from 10 rows on,
+160 rendered wheels gave two burrs more and four false calls on scratches."""
 _AGREE_ALONG = 3.0
 """Standard errors, from row to row, by which the depths of such a line must have the sign of what is called.
 Of 48 scratches along the generatrix on metal, 0.15 and 0.4 mm wide, five are asked, and have 2.3 at most."""
