@@ -46,6 +46,7 @@ _OUTER = 0.9
 _ASIDE_DEG = 45.0
 """Said of a call that does not face its burr; sizes are not asked for here."""
 _PARTS = 60
+"""Of each world; the means are then known to 2 points."""
 
 
 @dataclass(frozen=True)
