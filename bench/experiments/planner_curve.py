@@ -7,18 +7,19 @@ the looks are drawn: a cell in sight is measured, and a burr in it called as oft
 :class:`burrscan.cell.outlook.Outlook` says. So the world is what the planner believes it is, and what is
 compared is how well it plans. Two worlds: six burrs anywhere that some pose shows, lying along the generatrix
 or around the axis, and six along the generatrix on the outermost tenth of the radius. Three wheels in turn,
-put down at any angle; all planners meet the same burrs. The table of ``burrscan/cell/README.md``; eight
-minutes of one core.
+put down at any angle; all planners meet the same burrs. The table of ``burrscan/cell/README.md`` is
+of 120 parts: a minute and a half of one core.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.burrs.pose import pose_on_surface
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import AROUND, Chart, chart_of
 from burrscan.cell.choices import Arm, Choice, all_choices, arm_poses, outlooks
@@ -80,6 +81,7 @@ def world_of(wheel: str) -> World:
     poses = arm_poses(station)
     choices = all_choices(poses)
     rig = station.scanner.rig
+    # by their poses, not as turns of the map: what the planner gets wrong about turns must show
     views = [
         outlook(
             chart,
@@ -107,7 +109,7 @@ def burrs_on(world: World, rng: np.random.Generator, *, outside: bool) -> list[P
     area = world.chart.area_mm2[rows]
     return [
         _stated(
-            world.chart,
+            world,
             0 if outside else int(rng.integers(2)),
             int(rng.choice(rows, p=area / area.sum())),
             int(rng.integers(AROUND)),
@@ -116,17 +118,13 @@ def burrs_on(world: World, rng: np.random.Generator, *, outside: bool) -> list[P
     ]
 
 
-def _stated(chart: Chart, line: int, row: int, around: int) -> Placed:
-    angle = chart.angles[around : around + 1]
-    over = chart.normals(angle)[row, 0]
-    side = np.array([-np.sin(angle[0]), np.cos(angle[0]), 0.0])
-    along = np.cross(side, over) if line == 0 else side
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([along, np.cross(over, along), over], axis=1)
-    pose[:3, 3] = chart.points_mm(angle)[row, 0]
-    one, z = Value(1.0, 0.1), Value(float(pose[2, 3]), 0.1)
+def _stated(world: World, line: int, row: int, around: int) -> Placed:
+    chart, angle = world.chart, float(world.chart.angles[around])
+    direction = np.array([1.0, 0.0] if line else [0.0, 1.0])
+    pose = pose_on_surface(chart.zr_mm[row], chart.normals_zr[row], angle, direction, world.axis)
+    one, z = Value(1.0, 0.1), Value(float(chart.zr_mm[row, 0]), 0.1)
     burr = Burr(
-        side="protrusion", angle_deg=Value(float(np.degrees(angle[0])), 0.1), z_start_mm=z, z_end_mm=z,
+        side="protrusion", angle_deg=Value(float(np.degrees(angle)), 0.1), z_start_mm=z, z_end_mm=z,
         height_mm=one, width_mm=one, length_mm=one, area_mm2=one, volume_mm3=one, T_mesh_burr=pose,
         significance=10.0,
     )  # fmt: skip
@@ -137,25 +135,25 @@ def found_by_look(world: World, planner: str, burrs: list[Placed], *, seed: int)
     """(looks,) share of burrs called for certain after each."""
     plan = resolve(planner, METHODS, stage="planner")
     rng, draws = np.random.default_rng(seed), np.random.default_rng(seed)
-    taken: list[int] = []
     calls: list[Call] = []
+    looks: list[tuple[Outlook, Floats]] = []
     known = Known(world.station, world.choices, (), _LOOKS, 2.0, draws)
     share = []
     for look in range(_LOOKS):
-        taken.append(plan(known)[0])
-        view = world.views[taken[-1]]
+        number = plan(known)[0]
+        view = world.views[number]
+        looks.append((view, np.where(view.seen, _MEASURED, 0.0)))
         for one in burrs:
             chance = SURE * _MEASURED * view.seen[one.cell[1:]] * view.shows[one.cell]
             if rng.random() < chance:
                 faced = bool(view.faces[one.cell])
                 aside = 0.0 if faced else _ASIDE_DEG
                 calls.append(Call(look, one.burr, one.burr.T_mesh_burr, aside, faced, along=faced))
-        looks = [(world.views[number], world.views[number].seen * np.float64(_MEASURED)) for number in taken]
         belief, places = believed(calls, looks, axis=world.axis, chart=world.chart, burrs=2.0)
         sure = {id(call.burr) for place in places if place.certain for call in place.calls}
         share.append(np.mean([id(one.burr) in sure for one in burrs]))
-        known = Known(
-            world.station, world.choices, tuple(taken), _LOOKS, 2.0, draws, world.chart, belief, world.arms
+        known = replace(
+            known, taken=(*known.taken, number), chart=world.chart, belief=belief, arms=world.arms
         )
     return np.array(share)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from burrscan.arrays import Floats, Image
-from burrscan.cell.station import Station
+from burrscan.cell.station import Station, turned
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.rig import Rig
 from burrscan.scanner import Patterns, Scanner
@@ -67,9 +67,8 @@ class SimulatedCell:
         z = self.wheel.generatrix_zr_mm[:, 0]
         self._middle_z_mm = float(0.5 * (z.min() + z.max()))
         rng = self._stream("placed")
-        self.T_plate_part = _on_plate(float(z.min())) @ _nudge(rng, spec.placed_mm, spec.placed_deg)
-        turn = np.radians(self._stream("turned").uniform(0.0, spec.turned_deg))
-        self.T_plate_part = self.T_plate_part @ motion(np.array([0.0, 0.0, 0.0, 0.0, 0.0, turn]))
+        upright = _on_plate(float(z.min())) @ _nudge(rng, spec.placed_mm, spec.placed_deg)
+        self.T_plate_part = turned(upright, float(self._stream("turned").uniform(0.0, spec.turned_deg)))
         self._told_middle = np.array([0.0, 0.0, 0.5 * float(np.ptp(z))])
         self._tool = _tool(scene.rig.standoff_mm)
         self._plate = np.eye(4)

@@ -116,10 +116,10 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
         return False
     sums = np.array([np.nansum(depth) for depth in depths])
     stretches = 1.0 + float(np.ptp(middles))
-    if len(rows) >= _ALONG_ROWS and stretches <= 2.0:
-        sign = 1.0 if burr.side == "protrusion" else -1.0
-        if sign * float(sums.mean()) * np.sqrt(len(sums)) >= _AGREE_ALONG * float(sums.std()):
-            return False
+    along = len(rows) >= _ALONG_ROWS and stretches <= 2.0
+    called = (sums.mean() > 0.0) == (burr.side == "protrusion")
+    if along and called and _agree(sums, len(sums), least=_AGREE_ALONG):
+        return False
     askew = thin and stretches >= _FEWEST
     return askew or not _agree(sums, stretches)
 
@@ -133,9 +133,9 @@ def _cells(first: float, last: float) -> slice:
     return slice(max(int(np.floor(first)), 0), int(np.ceil(last)) + 1)
 
 
-def _agree(sums: Floats, stretches: float) -> bool:
+def _agree(sums: Floats, stretches: float, *, least: float = _AGREE) -> bool:
     """Whether the depths of a line's rows are alike along it, counted in independent stretches."""
-    return bool(abs(float(sums.mean())) * np.sqrt(stretches) >= _AGREE * float(sums.std()))
+    return bool(abs(float(sums.mean())) * np.sqrt(stretches) >= least * float(sums.std()))
 
 
 def _line(burr: Burr, surface: Unrolled, axis: Axis) -> tuple[Sequence[int], Floats]:
