@@ -72,11 +72,16 @@ def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]
         (start, extent) of the angles with data.
 
     """
-    at = foot.segment[foot.valid], arc_bin(angle[foot.valid], arc)
-    low, high = (np.full((len(line.starts), ARC_BINS), far) for far in (np.inf, -np.inf))
-    np.minimum.at(low, at, foot.t[foot.valid])
-    np.maximum.at(high, at, foot.t[foot.valid])
     number = {int(node): k for k, node in enumerate(line.starts)}
+    asked = np.zeros(len(line.starts), np.bool_)
+    for first, last in line.pieces:
+        begin, end = number[first], number[last - 1]
+        asked[begin : begin + _NEAR] = asked[max(end - _NEAR + 1, begin) : end + 1] = True
+    told = foot.valid & asked[foot.segment]
+    at = foot.segment[told], arc_bin(angle[told], arc)
+    low, high = (np.full((len(line.starts), ARC_BINS), far) for far in (np.inf, -np.inf))
+    np.minimum.at(low, at, foot.t[told])
+    np.maximum.at(high, at, foot.t[told])
     pieces = []
     for first, last in line.pieces:
         nodes = line.nodes_mm[first : last + 1].copy()
