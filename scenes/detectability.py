@@ -3,7 +3,8 @@
 The ideal observer of two known pictures in independent Gaussian noise is the matched filter, and all that
 counts is ``d'^2 = Σ (μ1 - μ0)² / σ²`` over pixels and frames (Green & Swets 1966; Barrett & Myers,
 Foundations of Image Science, 13.2): μ1 with the burr, μ0 of the same scene without. A burr with d' of
-hundreds that is missed is the algorithm's fault; one below 5 is nobody's.
+hundreds that is missed is the algorithm's fault; one below 5 is nobody's. The same sum against a scene whose
+burrs are on the other side of the surface (:func:`other_side`) tells how well a ridge is told from a nick.
 """
 
 from __future__ import annotations
@@ -18,10 +19,28 @@ from scenes.scene import SceneSpec
 from scenes.shots import Shot, shone
 from scenes.transport.matrix import LightTransport
 from scenes.truth import Truth
+from scenes.wheel.spec import AxialRidge, BurrSpec, Nick
 
 _REACH = 3.0
 """Heights to each side of a burr, beside its width, within which a change of the light counts as its own: a
 shadow at 70 degrees of incidence, and as much for its mirror image."""
+
+
+def other_side(burr: BurrSpec) -> BurrSpec | None:
+    """A nick of the size, place and finish of a ridge, a plain ridge for a nick; none for a rim burr."""
+    match burr:
+        case AxialRidge():
+            return Nick(
+                burr.angle_deg, burr.height_mm, burr.width_mm, burr.z_start_mm, burr.z_end_mm,
+                depth_variation=burr.height_variation, seed=burr.seed, finish=burr.finish,
+            )  # fmt: skip
+        case Nick():
+            return AxialRidge(
+                burr.angle_deg, burr.depth_mm, burr.width_mm, burr.z_start_mm, burr.z_end_mm,
+                height_variation=burr.depth_variation, seed=burr.seed, finish=burr.finish,
+            )  # fmt: skip
+        case _:
+            return None
 
 
 def dprime_squared(
@@ -32,7 +51,7 @@ def dprime_squared(
     Parameters
     ----------
     light, bare
-        The scene with its burrs, and without.
+        The scene with its burrs, and without them or with those that they are to be told from.
     scene
         Electronics and surround; flicker, vibration and vignetting are left out.
     shots

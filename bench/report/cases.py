@@ -18,6 +18,8 @@ from bench.summary.table import summarise
 
 _HALF = 0.5
 """A burr of which less than this share can be, or was, measured was missed for that reason."""
+_DETECTABILITY = {"dprime": "Detectability d'", "side_dprime": "Detectability d' of its side"}
+"""Rows of a burr's table that a suite asks for; a rim burr has no other side."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,11 @@ def _burr_table(records: Sequence[Record], index: int) -> BurrTable:
         _burr_title(true),
         (
             Row("Found", "", tuple(_verdict(burr) for burr in given)),
-            *([_burr_row("Detectability d'", "", given, "dprime", ".0f")] if "dprime" in true else []),
+            *(
+                _burr_row(title, "", given, key, ".0f")
+                for key, title in _DETECTABILITY.items()
+                if key in true
+            ),
             _burr_row("Angle error", "deg", given, "angle_error_deg", "+.3f"),
             _burr_row("Height error", "mm", given, "height_error_mm", "+.3f"),
             _burr_row("Measured length", "mm", given, "covered_mm", ".0f"),

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,19 +23,20 @@ from bench.suites.sources import Source
 from bench.synthetic.axis_bound import cramer_rao_covariance
 from bench.synthetic.revolution import RidgeBurr
 from bench.synthetic.spec import MeshSpec, mesh_from, scanned
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
 from scenes.bound import Bounds, bounds_of
-from scenes.detectability import burr_dprimes, dprime_squared
+from scenes.detectability import burr_dprimes, dprime_squared, other_side
 from scenes.light import Light
-from scenes.scene import scene_from
+from scenes.scene import SceneSpec, scene_from
 from scenes.shots import WatchedScanner
 from scenes.simulate import Simulation, simulate
 from scenes.stores import Store
 from scenes.transport.matrix import LightTransport
 from scenes.transport.store import NOWHERE, default_folder
 from scenes.wheel import TrueBurr
+from scenes.wheel.spec import BurrSpec
 
 
 @dataclass(frozen=True)
@@ -68,10 +70,8 @@ def scene_subject(job: Job, case: Case, folder: Path) -> Subject:
     scene, identity, store = scene_from(case.document, source=case.id), entropy(case.identity), _place(job)
     simulation = simulate(scene, identity=identity, cache_dir=store)
     save_truth(folder, simulation.truth)
-    bare = None
-    if job.detectability and scene.burrs:
-        bare = simulate(replace(scene, burr=()), identity=identity, cache_dir=store).light
-    return lambda pipeline: _scan(simulation, pipeline, bare)
+    others = _others(scene, identity, store) if job.detectability and scene.burrs else None
+    return lambda pipeline: _scan(simulation, pipeline, others)
 
 
 def mesh_subject(_job: Job, case: Case, folder: Path) -> Subject:
@@ -134,11 +134,37 @@ def _place(job: Job) -> Path | Store | None:
     return Store(job.transports) if job.transports else default_folder()
 
 
-def _scan(simulation: Simulation, pipeline: Pipeline, bare: Light | None) -> Look:
+class _Others(NamedTuple):
+    """Light of a scene without its burrs, and of one with them on the other side of the surface.
+
+    ``turned`` says of each burr whether it has another side.
+    """
+
+    bare: Light
+    reversed: Light | None
+    turned: Bools
+
+
+def _others(scene: SceneSpec, identity: tuple[int, ...], store: Path | Store | None) -> _Others:
+    other = [other_side(burr) for burr in scene.burrs]
+    turned = np.array([burr is not None for burr in other])
+    swapped = tuple(new or old for new, old in zip(other, scene.burrs, strict=True))
+
+    def light(burrs: tuple[BurrSpec, ...]) -> Light:
+        return simulate(replace(scene, burr=burrs), identity=identity, cache_dir=store).light
+
+    return _Others(light(()), light(swapped) if turned.any() else None, turned)
+
+
+def _scan(simulation: Simulation, pipeline: Pipeline, others: _Others | None) -> Look:
     scanner = WatchedScanner(simulation.scanner())
     outcome = run(scanner, pipeline)
-    dprimes = _dprimes(simulation, scanner, bare)
-    evidence = Evidence(simulation.truth, outcome, _scan_bounds(simulation, scanner), dprimes)
+    dprimes = _dprimes(simulation, scanner, others.bare if others else None)
+    side = np.array(_dprimes(simulation, scanner, others.reversed if others else None))
+    if others and len(side):
+        side[~others.turned] = np.nan
+    bounds = _scan_bounds(simulation, scanner)
+    evidence = Evidence(simulation.truth, outcome, bounds, dprimes, tuple(side.tolist()))
     white_dn = linear_camera(scanner.camera).saturation_dn
     return Look(
         evidence,
@@ -156,12 +182,12 @@ def _scan_bounds(simulation: Simulation, scanner: WatchedScanner) -> Bounds | No
     return bounds_of(light, simulation.scene, scanner.shots)
 
 
-def _dprimes(simulation: Simulation, scanner: WatchedScanner, bare: Light | None) -> tuple[float, ...]:
+def _dprimes(simulation: Simulation, scanner: WatchedScanner, other: Light | None) -> tuple[float, ...]:
     """Detectability of each burr by what was shown; empty where it was not asked for or cannot be known."""
     light = simulation.light
-    if simulation.bands or not isinstance(light, LightTransport) or not isinstance(bare, LightTransport):
+    if simulation.bands or not isinstance(light, LightTransport) or not isinstance(other, LightTransport):
         return ()
-    return burr_dprimes(simulation.truth, dprime_squared(light, bare, simulation.scene, scanner.shots))
+    return burr_dprimes(simulation.truth, dprime_squared(light, other, simulation.scene, scanner.shots))
 
 
 def _bound(spec: MeshSpec) -> Floats | None:

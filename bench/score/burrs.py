@@ -35,6 +35,11 @@ def burr_dprime(evidence: Evidence) -> float:
     return min(evidence.dprimes, default=math.nan)
 
 
+def side_dprime(evidence: Evidence) -> float:
+    """The least d' between a true burr and one of its size on the other side, by the frames shown."""
+    return min((d for d in evidence.side_dprimes if not math.isnan(d)), default=math.nan)
+
+
 def burr_efficiency(evidence: Evidence) -> float:
     """Share of the true burrs with d' above 10 that were located."""
     told = [
@@ -133,6 +138,8 @@ def _table(evidence: PartEvidence, number: int, true: Place) -> Mapping[str, Any
     }
     if isinstance(evidence, Evidence) and evidence.dprimes:
         table["dprime"] = evidence.dprimes[number]
+    if isinstance(evidence, Evidence) and evidence.side_dprimes and evidence.side_dprimes[number] >= 0.0:
+        table["side_dprime"] = evidence.side_dprimes[number]
     return table if piece < 0 else table | _errors(evidence.matching.found[piece], true)
 
 

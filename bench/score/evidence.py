@@ -36,6 +36,8 @@ class Evidence:
     dprimes
         Per true burr, how well the frames shown could tell it (:mod:`scenes.detectability`); empty where that
         was not asked for.
+    side_dprimes
+        As well, of it and a burr of the same size on the other side of the surface; NaN for a rim burr.
 
     """
 
@@ -43,6 +45,7 @@ class Evidence:
     outcome: Outcome
     bounds: Bounds | None = None
     dprimes: tuple[float, ...] = ()
+    side_dprimes: tuple[float, ...] = ()
 
     @cached_property
     def accepted(self) -> Bools:

@@ -37,6 +37,7 @@ _SCAN = (
     Metric("pull_spread", "Pulls", "1", "lower", 1, _OURS, scan.pull_spread, math.nan),
     Metric("burr_coverage", "Burr coverage", "1", "higher", 1, _OURS, burrs.burr_coverage, 0.0),
     Metric("burr_dprime", "Least d'", "1", "higher", 1, _OURS, burrs.burr_dprime, math.nan),
+    Metric("side_dprime", "Least d' of the side", "1", "higher", 1, _OURS, burrs.side_dprime, math.nan),
     Metric("burr_efficiency", "Efficiency", "1", "higher", 1, _OURS, burrs.burr_efficiency, 0.0),
     Metric("frames", "Frames", "count", "lower", 1, _OURS, scan.frames, math.nan),
     Metric("saturated_share", "Clipped pixels", "1", "lower", 1, _OURS, scan.saturated_share, 1.0),

@@ -142,8 +142,8 @@ class Suite:
     budget
         Whether to find out which stage the errors come from (:mod:`bench.budget`), or of which variants.
     detectability
-        Whether each scene is traced once more without its burrs, which tells how well the frames shown could
-        tell each of them (:mod:`scenes.detectability`).
+        Whether each scene is traced once more without its burrs, and once with them on the other side of the
+        surface, which tells how well the frames shown could tell each of them (:mod:`scenes.detectability`).
     goal
         What the numbers are wanted to be.
 

@@ -12,14 +12,13 @@ import trimesh
 from rich.console import Console
 
 from bench.cli import main, tables
-from scenes.wheel import build_wheel, load_wheel
+from tests.bench.rod import rod_view
 
 
 @pytest.fixture(scope="module")
 def rod(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A drawn cylinder with a burr of 1 mm at 8 degrees."""
     path = tmp_path_factory.mktemp("rod") / "rod.stl"
-    trimesh.Trimesh(*build_wheel(load_wheel("cylinder"), sections=180).welded(), process=False).export(path)
+    rod_view().export(path)
     return str(path)
 
 

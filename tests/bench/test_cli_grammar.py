@@ -12,7 +12,7 @@ import trimesh
 
 from bench.cli import main
 from bench.cli.program import COMMANDS
-from scenes.wheel import build_wheel, load_wheel
+from tests.bench.rod import rod_view
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -93,9 +93,7 @@ def test_an_interrupted_run_says_how_to_finish_it(
 
 
 def test_detect_prints_and_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    wheel = build_wheel(load_wheel("cylinder"), sections=180)
-    vertices, faces = wheel.welded()
-    trimesh.Trimesh(vertices / 1000.0, faces, process=False).export(tmp_path / "rod.ply")
+    rod_view().apply_scale(1e-3).export(tmp_path / "rod.ply")
     found, deviation = tmp_path / "found.json", tmp_path / "deviation.ply"
     asked = ["detect", str(tmp_path / "rod.ply"), "--json", str(found), "--ply", str(deviation)]
     assert main([*asked, "--unit", "m", "--limit", "0.5"]) == 1

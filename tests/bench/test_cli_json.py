@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from bench.cli import main
 from bench.cli.grammar import actions_of, subcommands_of
@@ -17,8 +16,8 @@ from burrscan.captures import RecordingScanner
 from burrscan.captures.document import ScanDocument
 from burrscan.ply import write_ply
 from burrscan.scan.rivals.fixed import scan_fixed
-from scenes.wheel import build_wheel, load_wheel
 from tests.bench.compare_runs import written_run
+from tests.bench.rod import rod_view
 from tests.burrscan.instrument import Instrument, small_rig
 from tests.burrscan.registration.views import view
 from tests.burrscan.test_calibration_board import calibrated, synthetic
@@ -49,8 +48,7 @@ def _run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def _detect(folder: Path, _: pytest.MonkeyPatch) -> list[str]:
-    rod = trimesh.Trimesh(*build_wheel(load_wheel("cylinder"), sections=180).welded(), process=False)
-    rod.export(folder / "rod.stl")
+    rod_view().export(folder / "rod.stl")
     return ["detect", str(folder / "rod.stl"), "-v", "--ply", str(folder / "x.ply")]
 
 

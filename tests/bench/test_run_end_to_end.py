@@ -20,6 +20,7 @@ from bench.summary.budget import budget_rows
 SUITE = """
 name = "tiny"
 budget = ["fixed", "shifted", "turned"]
+detectability = true
 [scene]
 base = "paper"
 rig = { scale = 0.25 }
@@ -142,6 +143,13 @@ def test_the_budget_lays_each_fault_at_the_door_of_its_stage(run_dir: Path) -> N
     for (_, metric), row in rows.items():
         perfect = 1.0 if metric == "burr_found" else 0.0
         assert row.left["burrs"] == pytest.approx(perfect, abs=1e-5), (row.variant, metric)
+
+
+def test_a_ridge_of_3_mm_is_told_from_none_and_from_a_nick_and_more_light_tells_more(run_dir: Path) -> None:
+    told = {record.key: record.burrs[0] for record in load_run(run_dir).records if record.failure is None}
+    assert min(min(burr["dprime"], burr["side_dprime"]) for burr in told.values()) > 100.0
+    for case in {case for case, _ in told}:
+        assert told[case, "adaptive"]["side_dprime"] > 1.2 * told[case, "fixed"]["side_dprime"]
 
 
 def test_pictures_are_kept_as_documented(run_dir: Path) -> None:

@@ -18,7 +18,7 @@ PERFECT = {
     "coverage": 1.0, "wrong_rate": 0.0, "depth_rms_mm": 0.0, "axis_deg": 0.0, "axis_offset_mm": 0.0,
     "generatrix_rms_mm": 0.0, "band_mm": 0.2, "burr_found": 1.0, "burr_coverage": 1.0, "burr_angle_deg": 0.0,
     "burr_located": 1.0, "burr_height_mm": 0.0, "burr_extent_mm": 0.0, "false_calls": 0.0, "frames": 42.0,
-    "saturated_share": 0.0, "burr_dprime": math.nan, "burr_efficiency": math.nan,
+    "saturated_share": 0.0, "burr_dprime": math.nan, "side_dprime": math.nan, "burr_efficiency": math.nan,
     "u_rms_px": 0.0, "bound_ratio": 0.0, "bound_ratio_second": 0.0, "pull_spread": 0.0,
     "axis_off": 0.0, "axis_held": 1.0, "axis_bound_deg": math.nan, "blemish_calls": math.nan,
     "calls_stain": math.nan, "calls_bright_spot": math.nan, "calls_scratch": math.nan,

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from burrscan.scanner import Patterns
-from scenes.detectability import burr_dprimes, dprime_squared
+from scenes.detectability import burr_dprimes, dprime_squared, other_side
+from scenes.finish import LocalFinish
 from scenes.scene import scene_from
 from scenes.shots import Shot
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows, empty_rows
+from scenes.wheel.spec import AxialRidge, Nick, RimBurr
 
 SIZE = 6, 8
 EXPOSURE_MS = 5.0
@@ -97,3 +99,12 @@ def test_a_pixel_counts_for_the_burr_next_to_it() -> None:
     squared = np.zeros((20, 60))
     squared[9, 12], squared[9, 50], squared[9, 30] = 9.0, 16.0, 100.0  # the last is no burr's
     assert burr_dprimes(truth, squared) == pytest.approx((3.0, 4.0, 0.0))
+
+
+def test_the_other_side_of_a_burr_is_as_large_and_at_the_same_place() -> None:
+    nick = Nick(8.0, 0.7, 1.3, -4.0, 6.0, depth_variation=0.2, seed=5, finish=LocalFinish(alpha=0.3))
+    ridge = other_side(nick)
+    assert isinstance(ridge, AxialRidge)
+    assert (ridge.angle_deg, ridge.height_mm, ridge.width_mm, ridge.z_start_mm) == (8.0, 0.7, 1.3, -4.0)
+    assert other_side(ridge) == nick
+    assert other_side(RimBurr(0.0, 40.0, 1.0, 1.0, 2)) is None

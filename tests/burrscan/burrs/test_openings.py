@@ -37,7 +37,7 @@ def seen(part: Mesh, tilt_deg: float) -> Mesh:
     """One view from in front of the wheel and aside."""
     tilt = np.radians(tilt_deg)
     view = -np.array([np.sin(tilt), 0.0, np.cos(tilt)])
-    return single_view(*part, view, pixels=260, sigma=0.08, seed=7)
+    return single_view(*part, view, pixels=200, sigma=0.08, seed=7)
 
 
 VIEWS = [(spokes, tilt) for spokes in (4, 5, 7) for tilt in (20.0, 35.0, 50.0)]
