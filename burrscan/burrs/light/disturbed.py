@@ -14,6 +14,7 @@ from scipy import ndimage
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
+from burrscan.burrs.light.lines import lines
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -156,7 +157,11 @@ def disturbed(
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm[:, None])
     hole = ~measured & _measurable(predicted, measured, surface.open)
     strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
-    found = _places(surface.open & strange & (hole | off), surface.open & (hole | off), surface.open)
+    both = surface.open & strange & (hole | off)
+    found = _places(both, surface.open & (hole | off), surface.open)
+    taken = np.logical_or.reduce([np.zeros(surface.open.shape, bool), *found])
+    thin = lines(rest, strange, np.where(measured, deviation / calm[:, None], np.nan), surface.open, taken)
+    found += _places(both | thin, thin, surface.open)
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
     places = [
         _place(cells, hole, deviation, rest)
