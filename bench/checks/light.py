@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("--paths", type=int, default=RUNS * SAMPLES, help="of the reference, for each pixel")
     given = parser.parse_args()
     if given.paths < 2 * RUNS:
-        parser.error(f"--paths {given.paths}: a reference's error is told by {RUNS} runs of 2 paths or more each")
+        parser.error(f"--paths {given.paths}: a reference's error is told by {RUNS} runs of 2 or more each")
     mi = activate()
     if str(mi.variant()).startswith("scalar"):
         raise SystemExit("no vectorised Mitsuba variant on this machine; see 'burrscan doctor'")
