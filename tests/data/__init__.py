@@ -1,4 +1,4 @@
-"""Real data made by others: small parts of it here, whole captures in ``../shared/data`` where they lie."""
+"""Real data made by others: small parts of it lie here, the whole in ``../shared/data`` where that exists."""
 
 from pathlib import Path
 
@@ -18,8 +18,14 @@ UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}
 
 
 def meshes() -> tuple[Path, ...]:
-    """Every mesh that is here."""
-    return tuple(HERE / "meshes" / name for name in AXES)
+    """Every mesh that is here, and those of ``../shared/data`` that were thinned to fit in."""
+    whole = (WHOLE / "meshes" / name for name in AXES)
+    small = tuple(HERE / "meshes" / name for name in AXES)
+    return small + tuple(
+        path
+        for path, kept in zip(whole, small, strict=True)
+        if path.exists() and path.stat().st_size > kept.stat().st_size
+    )
 
 
 def captures() -> tuple[Path, ...]:

@@ -124,7 +124,7 @@ class Place:
 def disturbed(
     sight: Sight, axis: Axis, generatrix: Generatrix, *, widest_mm: float, scratches: bool = False
 ) -> tuple[Unrolled, Looks, list[Place]]:
-    """Every disturbed place of what camera and projector both see, largest first.
+    """Every disturbed place of what camera and projector both see, largest first, and then thin lines.
 
     Parameters
     ----------
