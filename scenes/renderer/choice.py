@@ -102,7 +102,7 @@ def _named(variant: str) -> Renderer:
         return Renderer(variant, None, None, reason, ())
     probes = [probe_cuda()] if variant.startswith("cuda") else _probe_until_one_runs()
     if not any(probe.ran for probe in probes):
-        ends = "; ".join(f"{probe.path or probe.backend}: {probe.verdict}" for probe in probes)
+        ends = "; ".join(f"{probe.path or probe.backend}: {probe.verdict}, {probe.detail}" for probe in probes)
         raise InputError(f"{VARIANT_VARIABLE}={variant} cannot run here ({ends or 'no libLLVM found'})")
     if variant.startswith("cuda"):
         return Renderer(variant, None, None, reason, tuple(probes))

@@ -67,7 +67,7 @@ def _remembered(question: Probe, library: Path) -> Probe:
         with suppress(TypeError):  # another layout: ask again
             return Probe(**known)
     answer = _ask(question)
-    if answer.verdict in {"ran", "refused", "aborted"}:  # a time-out may only mean a busy machine
+    if answer.verdict in {"ran", "aborted"}:  # a time-out may mean a busy machine, a refusal what can be installed
         cache.store(key, asdict(answer))
     return answer
 

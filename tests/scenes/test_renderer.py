@@ -124,6 +124,7 @@ def test_the_real_libraries_get_their_known_verdicts() -> None:
 def test_a_result_is_asked_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "libLLVM-21.so"
     path.write_bytes(b"one")
+    monkeypatch.setattr(probe, "_ask", lambda question: dataclasses.replace(question, verdict="ran"))
     first = probe.probe_llvm(Library(path, 21))
     monkeypatch.setattr(probe, "_ask", lambda _: pytest.fail("asked again"))
     assert probe.probe_llvm(Library(path, 21)) == first
@@ -147,6 +148,16 @@ def test_a_time_out_is_not_remembered(tmp_path: Path, monkeypatch: pytest.Monkey
     answers = iter(["timed out", "ran"])
     monkeypatch.setattr(probe, "_ask", lambda question: dataclasses.replace(question, verdict=next(answers)))
     assert probe.probe_llvm(Library(path, 21)).verdict == "timed out"
+    assert probe.probe_llvm(Library(path, 21)).verdict == "ran"
+
+
+def test_what_was_refused_is_asked_anew_since_what_it_lacked_may_be_there_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "libLLVM-21.so"
+    path.write_bytes(b"one")
+    assert probe.probe_llvm(Library(path, 21)).verdict == "refused"
+    monkeypatch.setattr(probe, "_ask", lambda question: dataclasses.replace(question, verdict="ran"))
     assert probe.probe_llvm(Library(path, 21)).verdict == "ran"
 
 
@@ -195,7 +206,7 @@ def test_the_environment_overrides_the_choice(monkeypatch: pytest.MonkeyPatch) -
     assert choice.VARIANT_VARIABLE in chosen.reason
 
 
-@pytest.mark.parametrize(("variant", "says"), [("llvm_mono", "llvm_ad_mono"), ("llvm_ad_rgb", "cannot run")])
+@pytest.mark.parametrize(("variant", "says"), [("llvm_mono", "llvm_ad_mono"), ("llvm_ad_rgb", r"cannot run here \(no libLLVM")])
 @pytest.mark.usefixtures("no_system_libraries")
 def test_an_override_that_cannot_run_is_refused(
     variant: str, says: str, monkeypatch: pytest.MonkeyPatch
