@@ -102,8 +102,9 @@ def _named(variant: str) -> Renderer:
         return Renderer(variant, None, None, reason, ())
     probes = [probe_cuda()] if variant.startswith("cuda") else _probe_until_one_runs()
     if not any(probe.ran for probe in probes):
-        ends = "; ".join(f"{probe.path or probe.backend}: {probe.verdict}, {probe.detail}" for probe in probes)
-        raise InputError(f"{VARIANT_VARIABLE}={variant} cannot run here ({ends or 'no libLLVM found'})")
+        told = [f"{probe.path or probe.backend}: {probe.verdict}, {probe.detail}" for probe in probes]
+        ends = "; ".join(told) or "no libLLVM found"
+        raise InputError(f"{VARIANT_VARIABLE}={variant} cannot run here ({ends})")
     if variant.startswith("cuda"):
         return Renderer(variant, None, None, reason, tuple(probes))
     return Renderer(variant, probes[-1].path, probes[-1].version, reason, tuple(probes))

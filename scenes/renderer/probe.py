@@ -67,7 +67,8 @@ def _remembered(question: Probe, library: Path) -> Probe:
         with suppress(TypeError):  # another layout: ask again
             return Probe(**known)
     answer = _ask(question)
-    if answer.verdict in {"ran", "aborted"}:  # a time-out may mean a busy machine, a refusal what can be installed
+    # A time-out may mean a busy machine, a refusal what can be installed.
+    if answer.verdict in {"ran", "aborted"}:
         cache.store(key, asdict(answer))
     return answer
 

@@ -206,7 +206,9 @@ def test_the_environment_overrides_the_choice(monkeypatch: pytest.MonkeyPatch) -
     assert choice.VARIANT_VARIABLE in chosen.reason
 
 
-@pytest.mark.parametrize(("variant", "says"), [("llvm_mono", "llvm_ad_mono"), ("llvm_ad_rgb", r"cannot run here \(no libLLVM")])
+@pytest.mark.parametrize(
+    ("variant", "says"), [("llvm_mono", "llvm_ad_mono"), ("llvm_ad_rgb", r"cannot run here \(no libLLVM")]
+)
 @pytest.mark.usefixtures("no_system_libraries")
 def test_an_override_that_cannot_run_is_refused(
     variant: str, says: str, monkeypatch: pytest.MonkeyPatch
