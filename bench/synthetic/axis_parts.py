@@ -90,12 +90,16 @@ def oval(rng: Random) -> Mesh:
 
 
 def _body_outline(rng: Random) -> Floats:
-    """A waved body with a shallow hollow on top, (K, 2) points (z, r), mm."""
+    """A waved body with a shallow hollow on top, (K, 2) points (z, r), mm.
+
+    The hollow leaves a wall of 4 to 6 mm at the neck: as wide as the mouth, it would come out of the wall.
+    """
     tall = rng.uniform(60.0, 220.0)
     z, r = waved(rng)
     outer = [(float(a), float(b)) for a, b in zip(tall * z, r, strict=True)]
-    top, mouth = 0.5 * tall, float(r[-1])
-    hollow = [(top, mouth - 4.0), (0.2 * tall, mouth - 6.0), (0.2 * tall, 0.0)]
+    top, floor = 0.5 * tall, 0.2 * tall
+    neck = float(r[tall * z >= floor].min())
+    hollow = [(top, neck - 4.0), (floor, neck - 6.0), (floor, 0.0)]
     return closed([(-top, 0.0), *outer, *hollow])
 
 

@@ -26,6 +26,14 @@ _LEAST_COVERAGE = 0.12
 """Share of the arc, relative to the best covered cell, that a surface of revolution must cover."""
 _OPPOSED = -0.5
 """Product of two cells' mean normals under which they are two sides of a wall: both look clearly one way."""
+_TOLD = 4
+"""Vertices on a patch, of a cell's side by an arc's bin, from which their number tells how far apart they
+are: a number of four is known to its half, a distance to a quarter."""
+_SHAPE = 0.5
+"""A thickness that falls below this share in cells of half the side is the shape's: a step or a corner gives
+a share of the side, a bend of its square, noise the same."""
+_THIRD = 0.3
+"""Share of the surface that is no thicker than the noise says: edges, corners and burrs are on the rest."""
 Looks = tuple[Floats, Floats, Floats, Floats]
 """Of faces: centres (z, r), and area-weighted normals along the axis and away from it, (T,) each."""
 _ROWS = 8.0
@@ -140,28 +148,45 @@ def scale_of(profile: Profile) -> Scale:
     low, high = low - 0.02 * diagonal - 1e-12, high + 0.02 * diagonal + 1e-12
     arc = arc_of(profile.angle)
     side = diagonal / 48.0
-    area = (
-        _thickness(profile.z_mm, profile.r_mm, low, high, side)[1] * side * 0.5 * (low[1] + high[1]) * arc[1]
-    )
+    holding = _thickness(profile, low, high, side, arc)[1]
+    area = holding * side * 0.5 * (low[1] + high[1]) * arc[1]
     spacing = float(np.sqrt(area / len(profile.r_mm)))
     # Rows of a regular scan are lines in the (z, r) plane: a cell must hold several to show their thickness.
-    side = max(side, _ROWS * spacing)
-    noise = _noise(profile, low, high, side)
+    side = max(side, _ROWS * min(spacing, _local_spacing(profile, low, high, side, arc)))
+    noise = _noise(profile, low, high, side, arc)
     return Scale(low, high, noise, spacing, thinnest, arc)
 
 
-def _noise(profile: Profile, low: Floats, high: Floats, side: float) -> float:
+def _local_spacing(
+    profile: Profile, low: Floats, high: Floats, side: float, arc: tuple[float, float]
+) -> float:
+    """Distance between vertices where a typical one is, mm; infinite where they are too few to tell.
+
+    Bars and spokes fill cells, but not their arcs: what area a wheel has by its cells alone is too large.
+    """
+    flat = _in_cells(profile.z_mm, profile.r_mm, low, high, side)[0]
+    inside = flat >= 0
+    patch = flat[inside] * ARC_BINS + arc_bin(profile.angle[inside], arc)
+    _, number, count = np.unique(patch, return_inverse=True, return_counts=True)
+    of_each = count[number]
+    if np.median(of_each) < _TOLD:
+        return np.inf
+    return float(np.sqrt(np.median(side * profile.r_mm[inside] * arc[1] / ARC_BINS / of_each)))
+
+
+def _noise(profile: Profile, low: Floats, high: Floats, side: float, arc: tuple[float, float]) -> float:
     """Thickness of the data in cells of the first size in which it is thin.
 
     A mesh with few vertices has large cells, in which a tread or a corner looks thick: they are halved, which
-    leaves some rows in each. Then they are grown, for spokes fill small ones. If the data are thin in none,
+    leaves some rows in each. What then is less than half as thick was the shape in a cell and not noise, for
+    noise is as thick in any. Then they are grown, for spokes fill small ones. If the data are thin in none,
     the size given counts.
     """
-    first = _thickness(profile.z_mm, profile.r_mm, low, high, side)[0]
-    if first < 0.1 * side:
+    first, half = (_thickness(profile, low, high, factor * side, arc)[0] for factor in (1.0, 0.5))
+    if first < 0.1 * side and not 0.0 < half < _SHAPE * first:
         return first
     for factor in (0.5, 2.0, 4.0, 8.0, 16.0):
-        noise = _thickness(profile.z_mm, profile.r_mm, low, high, factor * side)[0]
+        noise = _thickness(profile, low, high, factor * side, arc)[0]
         if noise < 0.1 * factor * side:
             return noise
     return first
@@ -175,20 +200,30 @@ def _limits(values: Floats) -> tuple[float, float]:
     return float(parts[cut]), float(parts[-1 - cut])
 
 
-def _thickness(z: Floats, r: Floats, low: Floats, high: Floats, side: float) -> tuple[float, int]:
-    """Smaller standard deviation of a cell's points (lower third over cells); number of cells."""
-    flat, a, b = _in_cells(z, r, low, high, side)
+def _thickness(
+    profile: Profile, low: Floats, high: Floats, side: float, arc: tuple[float, float]
+) -> tuple[float, int]:
+    """Smaller standard deviation of a cell's points (lower third over the surface); number of cells.
+
+    Cells count by how much of the arc they hold, for bars and handles fill many, and little of each.
+    """
+    flat, a, b = _in_cells(profile.z_mm, profile.r_mm, low, high, side)
+    inside = flat >= 0
+    flat, a, b = flat[inside], a[inside], b[inside]
     terms = np.ones_like(a), a, b, a * a, b * b, a * b
-    moments = np.stack([np.bincount(flat[flat >= 0], one[flat >= 0]) for one in terms], axis=1)
-    moments = moments[moments[:, 0] > 0.0]
+    moments = np.stack([np.bincount(flat, one) for one in terms], axis=1)
+    seen = np.zeros((len(moments), ARC_BINS), np.bool_)
+    seen[flat, arc_bin(profile.angle[inside], arc)] = True
     # Outliers are spread over many cells, each with few of them.
-    least = max(8.0, 0.25 * float(moments[:, 0].mean())) if len(moments) else 8.0
-    count, a, b, zz, rr, zr = moments[moments[:, 0] >= least].T
-    if not len(count):
+    used = moments[moments[:, 0] > 0.0, 0]
+    enough = moments[:, 0] >= max(8.0, 0.25 * float(used.mean()) if len(used) else 8.0)
+    if not enough.any():
         return 0.0, 1
+    count, a, b, zz, rr, zr = moments[enough].T
     zz, rr, zr = zz / count - (a / count) ** 2, rr / count - (b / count) ** 2, zr / count - a * b / count**2
     least = (zz + rr) / 2.0 - np.sqrt(((zz - rr) / 2.0) ** 2 + zr**2)
-    return float(np.sqrt(max(np.quantile(least, 0.3), 0.0))), len(count)
+    third = np.quantile(least, _THIRD, method="inverted_cdf", weights=seen[enough].sum(axis=1))
+    return float(np.sqrt(max(third, 0.0))), len(count)
 
 
 def _sparse(count: Floats) -> float:
