@@ -24,7 +24,9 @@ EDGES = (
     ("spokes", 31048),
     ("spokes", 31050),
     ("treads", 30028),  # the shoulder, where the curve of the lugs ends before the edge
-    ("flutes", 30071),
+    ("flutes", 97168),
+    ("spokes", 97001),
+    ("spokes", 97074),
 )
 NO_NICKS = (("treads", 30022), ("handles", 30099))
 """Shoulders where vertices on either side of an edge lie scattered between two surfaces."""
