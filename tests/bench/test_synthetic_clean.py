@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bench.synthetic.__main__ import main
+from bench.synthetic.axis_parts import _body_outline
 from bench.synthetic.clean_command import clean_view, seen
 from bench.synthetic.depth_view import single_view
 from bench.synthetic.ordinary_parts import PARTS, box
@@ -31,6 +32,18 @@ def numbered(rows: Floats | Ints) -> Ints:
         kinds, kind = np.unique(column, return_inverse=True)
         number = np.unique(number * len(kinds) + kind, return_inverse=True)[1]
     return number
+
+
+def test_the_hollow_of_a_body_stays_inside_its_wall() -> None:
+    for seed in range(100):
+        corner = _body_outline(np.random.default_rng(seed)) @ (1.0, 1.0j)
+        start, along = corner[:-1, None], np.diff(corner)[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parallel = (along.conj() * along.T).imag
+            place = ((start.T - start).conj() * along.T).imag / parallel
+            there = ((start.T - start).conj() * along).imag / parallel
+        eps = 1e-9  # neighbours meet in a corner
+        assert not ((place > eps) & (place < 1.0 - eps) & (there > eps) & (there < 1.0 - eps)).any()
 
 
 def test_the_camera_sees_the_near_faces_of_a_box_and_they_look_at_it() -> None:
