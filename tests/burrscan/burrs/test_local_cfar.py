@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.synthetic.depth_view import single_view
+from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
+from burrscan.burrs import local_cfar
 from burrscan.burrs.detect import Region, regions
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.local_cfar import convincing
 from burrscan.generatrix import fit_generatrix
+from scenes.wheel import AxialRidge, build_wheel, load_wheel
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned
 
 _RIDGES = ((3.0, 0.3), (-3.0, 1.4), (8.0, 1.5), (-8.0, 4.0))
@@ -68,3 +72,18 @@ def test_the_order_of_the_regions_is_kept() -> None:
     turned_round = convincing(field, found[::-1])
     assert [id(one) for one in turned_round] == [id(one) for one in kept[::-1]]
     assert [id(one) for one in found if any(one is other for other in kept)] == [id(one) for one in kept]
+
+
+def test_many_burrs_two_pixels_wide_are_all_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where one in eight cells is a burr, means of three columns are as high around one as on it."""
+    burrs = [
+        AxialRidge(angle_deg=angle, height_mm=1.2, width_mm=1.5, z_start_mm=1.0, z_end_mm=19.0)
+        for angle in (-55.0, -40.0, -25.0, -10.0, 5.0, 20.0, 35.0, 50.0)
+    ]
+    wheel = build_wheel(load_wheel("stepped_hub"), burrs, facet_error_mm=0.01)
+    view = np.array([-0.97, 0.0, -0.24])
+    scans = [single_view(*wheel.welded(), view, pixels=200, sigma=0.04, seed=seed) for seed in range(4)]
+    found = [len(inspect_mesh(*scan).burrs) for scan in scans]
+    assert found == [8] * 4
+    monkeypatch.setattr(local_cfar, "_boxes", lambda region: {tuple(min(n, 3) for n in region.box)})
+    assert min(len(inspect_mesh(*scan).burrs) for scan in scans) < 4

@@ -1,4 +1,4 @@
-"""How thick the data are is told where bars, lugs and corners fill the cells, by the noise that was put on them."""
+"""How thick the data are is told where bars, lugs and corners fill the cells: the noise that was put on."""
 
 from __future__ import annotations
 
@@ -52,6 +52,6 @@ def test_cells_are_as_large_as_rows_are_apart(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_cells_count_by_their_arc(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cells, "arc_bin", lambda angle, arc: np.arange(len(angle)) % cells.ARC_BINS)
+    monkeypatch.setattr(cells, "arc_bin", lambda angle, _: np.arange(len(angle)) % cells.ARC_BINS)
     monkeypatch.setattr(cells, "_TOLD", np.inf)
     assert min(noise_shares(BARS_IN_MOST_CELLS)) > 1.5
