@@ -13,7 +13,8 @@ from burrscan.burrs.detect import Region, regions
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.local_cfar import convincing
 from burrscan.generatrix import fit_generatrix
-from scenes.wheel import AxialRidge, build_wheel, load_wheel
+from scenes.wheel import build_wheel, load_wheel
+from tests.burrscan.burrs.test_no_curve import TORN, ridge
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned
 
 _RIDGES = ((3.0, 0.3), (-3.0, 1.4), (8.0, 1.5), (-8.0, 4.0))
@@ -74,16 +75,21 @@ def test_the_order_of_the_regions_is_kept() -> None:
     assert [id(one) for one in found if any(one is other for other in kept)] == [id(one) for one in kept]
 
 
-def test_many_burrs_two_pixels_wide_are_all_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where one in eight cells is a burr, means of three columns are as high around one as on it."""
+def test_which_box_found_a_burr_does_not_decide_whether_it_stands_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight burrs of 0.6 to 1.9 mm, one to three pixels wide: means of three columns lose most of them."""
     burrs = [
-        AxialRidge(angle_deg=angle, height_mm=1.2, width_mm=1.5, z_start_mm=1.0, z_end_mm=19.0)
-        for angle in (-55.0, -40.0, -25.0, -10.0, 5.0, 20.0, 35.0, 50.0)
+        ridge(-58.6, 0.59, 2.47, section="flake", lean_deg=35.0),
+        ridge(-39.9, 1.29, 2.96),
+        ridge(-24.8, 1.32, 0.97),
+        ridge(-11.9, 1.71, 1.55, section="flake", **TORN),
+        ridge(2.0, 1.91, 2.86, section="rolled", curl_deg=120.0),
+        ridge(16.2, 0.75, 1.73),
+        ridge(34.2, 1.56, 2.93, section="rolled", curl_deg=120.0),
+        ridge(49.0, 1.28, 2.03, section="rounded", height_rms=0.1),
     ]
     wheel = build_wheel(load_wheel("stepped_hub"), burrs, facet_error_mm=0.01)
-    view = np.array([-0.97, 0.0, -0.24])
-    scans = [single_view(*wheel.welded(), view, pixels=200, sigma=0.04, seed=seed) for seed in range(4)]
-    found = [len(inspect_mesh(*scan).burrs) for scan in scans]
-    assert found == [8] * 4
+    view = np.array([-0.98, 0.0, -0.2])
+    scans = [single_view(*wheel.welded(), view, pixels=200, sigma=0.037, seed=seed) for seed in range(4)]
+    assert [len(inspect_mesh(*scan).burrs) for scan in scans] == [8] * 4
     monkeypatch.setattr(local_cfar, "_boxes", lambda region: {tuple(min(n, 3) for n in region.box)})
-    assert min(len(inspect_mesh(*scan).burrs) for scan in scans) < 4
+    assert max(len(inspect_mesh(*scan).burrs) for scan in scans) < 4
