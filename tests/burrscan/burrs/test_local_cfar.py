@@ -89,7 +89,7 @@ def test_what_box_found_a_burr_does_not_decide_if_it_stands_out(monkeypatch: pyt
     ]
     wheel = build_wheel(load_wheel("stepped_hub"), burrs, facet_error_mm=0.01)
     view = np.array([-0.98, 0.0, -0.2])
-    scans = [single_view(*wheel.welded(), view, pixels=200, sigma=0.037, seed=seed) for seed in range(4)]
-    assert [len(inspect_mesh(*scan).burrs) for scan in scans] == [8] * 4
+    scans = [single_view(*wheel.welded(), view, pixels=200, sigma=0.037, seed=seed) for seed in range(2)]
+    assert [len(inspect_mesh(*scan).burrs) for scan in scans] == [8, 8]
     monkeypatch.setattr(local_cfar, "_boxes", lambda region: {tuple(min(n, 3) for n in region.box)})
     assert max(len(inspect_mesh(*scan).burrs) for scan in scans) < 4
