@@ -159,12 +159,14 @@ def field_of(
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     counts = inner(faces, len(vertices_mm))[valid]
+    even = _evenly_spread(faces, len(vertices_mm))[valid]
     return _gridded(
         line,
         known,
         profile.angle[valid],
         np.nan_to_num(stated[valid]),
         counts,
+        even,
         _finest(profile),
         vertex=np.flatnonzero(valid),
         without_curve=past_ends(profile.z_mm, profile.r_mm, line, foot),
@@ -190,6 +192,7 @@ def _gridded(
     angle: Floats,
     stated: Floats,
     counts: Bools,
+    even: Bools,
     finest: float,
     *,
     vertex: Ints,
@@ -207,7 +210,7 @@ def _gridded(
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
         along, cell = _cells(line, foot, angle, arc, (step_mm, step_rad), shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
-    deviation = _flattened(deviation, along, step_mm, cell[:, 0], spread)
+    deviation = _flattened(deviation, along, step_mm, cell[:, 0], spread, even)
     local = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(local, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
@@ -312,7 +315,20 @@ def levelled(
     return deviation, np.maximum(spread, _QUIETEST * overall)
 
 
-def _flattened(deviation: Floats, along: Floats, step_mm: float, row: Ints32, spread: Floats) -> Floats:
+def _evenly_spread(faces: Ints32, count: int) -> Bools:
+    """(count,) True for the vertices that lie as densely everywhere.
+
+    All of a scan's. Of a drawing the samples of its facets, which no face names: its own vertices crowd on
+    the outlines of its burrs, row by row.
+    """
+    samples = np.ones(count, np.bool_)
+    samples[faces.ravel()] = False
+    return samples if 2 * np.count_nonzero(samples) > count and len(faces) else np.ones(count, np.bool_)
+
+
+def _flattened(
+    deviation: Floats, along: Floats, step_mm: float, row: Ints32, spread: Floats, even: Bools
+) -> Floats:
     """Deviations less the level of their parallel, which is finer than a row where there are many vertices.
 
     What is common to a parallel is the generatrix's error, not a burr: edges of the part are rounded off
@@ -321,7 +337,8 @@ def _flattened(deviation: Floats, along: Floats, step_mm: float, row: Ints32, sp
     used = np.unique(row)
     parts = int(np.clip(len(deviation) / (len(used) * _FINEST_ROW), 1, _MOST_PARTS))
     parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * len(spread) - 1)
-    level = _levels(deviation, parallel, parts * len(spread), 3.0 * _CORE * float(np.median(spread[used])))
+    near = 3.0 * _CORE * float(np.median(spread[used]))
+    level = _levels(deviation[even], parallel[even], parts * len(spread), near)
     return np.asarray(deviation - level[parallel])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -105,6 +106,29 @@ def test_a_burr_is_where_the_drawing_has_it() -> None:
 def test_a_drawn_wheel_without_burrs_has_none() -> None:
     wheel = build_wheel(load_wheel("paper"), [], facet_error_mm=0.02)
     assert burrscan.inspect_mesh(*wheel.welded()).burrs == ()
+
+
+@pytest.mark.parametrize(
+    ("count", "height_mm", "width_mm", "section"),
+    [(12, 2.0, 2.0, "triangle"), (14, 1.06, 1.44, "rounded"), (22, 0.89, 0.69, "rounded")],
+)
+def test_many_burrs_that_are_alike_are_no_surface(
+    count: int, height_mm: float, width_mm: float, section: Literal["triangle", "rounded"]
+) -> None:
+    """Their crests lie on a circle; and a drawing's own vertices crowd on them, in their rows."""
+    burrs = [
+        AxialRidge(
+            angle_deg=angle,
+            height_mm=height_mm,
+            width_mm=width_mm,
+            z_start_mm=1.0,
+            z_end_mm=19.0,
+            section=section,
+        )
+        for angle in -175.0 + 360.0 / count * np.arange(count)
+    ]
+    wheel = build_wheel(load_wheel("stepped_hub"), burrs, facet_error_mm=0.02)
+    assert_found(wheel, burrscan.inspect_mesh(*wheel.welded()), np.eye(4), within=0.02)
 
 
 def test_a_drawing_inside_out_or_with_a_stated_sigma_is_the_same_drawing() -> None:

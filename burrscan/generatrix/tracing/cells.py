@@ -16,6 +16,17 @@ from burrscan.generatrix.profile import Profile
 
 ARC_BINS = 64
 """Angular bins of a coverage mask, over the arc that the data span."""
+_FINE = 16
+"""Parts of an angular bin: a burr is narrower than a bin, and where it is the surface below it is not."""
+_NARROW = 0.3
+"""Share of the arc, of the best covered cell's, up to which a cell may be many burrs. Lugs have more."""
+_MEET = 0.3
+"""Share of the parts in which two cells would meet by chance, below which they exclude each other."""
+_CROWDED = 0.4
+"""Parts in which a cell's vertices are, over those in which they would be by chance: below this share of what
+a stronger cell nearby has they crowd, as a narrow burr's do. Lugs and grooves differ by less than half."""
+_TELLING = 8.0
+"""Parts in which two cells must be expected to meet: of eight two or fewer are left by chance in 1 of 70."""
 _ANOMALY = 0.05
 """Burrs and nicks are looked for within this share of the largest radius."""
 _TAIL = 0.25
@@ -100,6 +111,8 @@ class Cells:
         (N,) how many data each holds.
     seen
         (N, bins) the angular bins of the arc in which it holds data.
+    finely
+        (N, bins, parts) in which parts of those.
     index
         (rows, columns) cell number at each place of the grid, -1 where empty.
     place
@@ -113,6 +126,7 @@ class Cells:
     centre_mm: Floats
     count: Floats
     seen: Bools
+    finely: Bools
     index: Ints32
     place: Ints
     facing: Floats
@@ -265,14 +279,15 @@ def cells_of(profile: Profile, scale: Scale, *, side_mm: float, looks: Looks | N
     index.flat[used] = np.arange(len(used))
     count = np.bincount(cell, minlength=len(used)).astype(np.float64)
     centre = [np.bincount(cell, one[inside], len(used)) / count for one in (profile.z_mm, profile.r_mm)]
-    seen = np.zeros((len(used), ARC_BINS), np.bool_)
-    seen[cell, arc_bin(profile.angle[inside], scale.arc)] = True
+    finely = np.zeros((len(used), ARC_BINS * _FINE), np.bool_)
+    finely[cell, _arc_part(profile.angle[inside], scale.arc, ARC_BINS * _FINE)] = True
+    finely = finely.reshape(-1, ARC_BINS, _FINE)
     facing = np.zeros((len(used), 2))
     if looks is not None:
         faces = _in_cells(looks[0], looks[1], low, high, side_mm)[0]
         facing = _facing(np.where(faces >= 0, index.flat[faces], -1), looks, len(used))
     place = np.stack(np.unravel_index(used, shape), axis=1)
-    return Cells(np.stack(centre, axis=1), count, seen, index, place, facing)
+    return Cells(np.stack(centre, axis=1), count, finely.any(axis=2), finely, index, place, facing)
 
 
 def _facing(cell: Ints, looks: Looks, count: int) -> Floats:
@@ -295,13 +310,16 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
     keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
     keep &= cells.count >= _sparse(cells.count)
-    keep &= _covered(cells.place, cells.index, cells.coverage, cells.seen, reach, cells.facing)
+    keep &= _covered(
+        cells.place, cells.index, cells.coverage, cells.seen, cells.finely, cells.count, reach, cells.facing
+    )
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
     return Cells(
         cells.centre_mm[keep],
         cells.count[keep],
         cells.seen[keep],
+        cells.finely[keep],
         index,
         cells.place[keep],
         cells.facing[keep],
@@ -316,8 +334,12 @@ def past_start(angle: Floats, arc: tuple[float, float]) -> Floats:
 
 def arc_bin(angle: Floats, arc: tuple[float, float]) -> Ints:
     """(N,) which of the :data:`ARC_BINS` of the arc angles are in."""
+    return _arc_part(angle, arc, ARC_BINS)
+
+
+def _arc_part(angle: Floats, arc: tuple[float, float], parts: int) -> Ints:
     share = past_start(angle, arc) / arc[1]
-    return np.minimum((share * ARC_BINS).astype(np.int64), ARC_BINS - 1)
+    return np.minimum((share * parts).astype(np.int64), parts - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -333,22 +355,57 @@ def _ridge(place: Ints, index: Ints32, count: Floats, facing: Floats) -> Bools:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _covered(place: Ints, index: Ints32, coverage: Floats, seen: Bools, reach: int, facing: Floats) -> Bools:
+def _covered(
+    place: Ints,
+    index: Ints32,
+    coverage: Floats,
+    seen: Bools,
+    finely: Bools,
+    count: Floats,
+    reach: int,
+    facing: Floats,
+) -> Bools:
     """Cells whose data go round.
 
-    A burr or a spoke covers little of the arc; an arc of burr covers more, but just where the surface below
-    it is hidden: its bins and those of a stronger cell nearby exclude each other. So do those of the
-    two sides of a wall, which look opposite ways.
+    A burr or a spoke covers little of the arc; an arc of burr, or many burrs that are alike, cover more, but
+    just where the surface below them is hidden: their bins and those of a stronger cell nearby exclude each
+    other, or the parts of bins do that they share. Burrs narrower than a part crowd in few parts. The two
+    sides of a wall, which look opposite ways, exclude each other too.
     """
     keep = np.zeros(len(place), np.bool_)
     most = coverage.max() if len(coverage) else 0.0
+    share = np.array([one.sum() for one in finely]) / (ARC_BINS * _FINE)
+    widest = share.max() if len(share) else 0.0
+    spread = np.array([_spread(finely[i], count[i]) for i in range(len(finely))])
     for i in range(len(place)):
         keep[i] = coverage[i] >= _LEAST_COVERAGE * most
-        if not keep[i] or coverage[i] > 0.5 * most:
+        if not keep[i] or (coverage[i] > 0.5 * most and share[i] > _NARROW * widest):
             continue
         for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):
             for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
                 j = index[row, column]
-                stronger = j >= 0 and coverage[j] >= 1.5 * coverage[i] and not opposed(facing, i, j)
-                keep[i] &= not stronger or (seen[i] & seen[j]).sum() > 0.2 * coverage[i] * ARC_BINS
+                if not keep[i] or j < 0 or opposed(facing, i, j):
+                    continue
+                if coverage[i] <= 0.5 * most and coverage[j] >= 1.5 * coverage[i]:
+                    keep[i] &= (seen[i] & seen[j]).sum() > 0.2 * coverage[i] * ARC_BINS
+                if share[j] >= 1.5 * share[i]:
+                    keep[i] &= spread[i] >= _CROWDED * spread[j] and not _avoid(finely[i], finely[j])
     return keep
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spread(finely: Bools, count: float) -> float:
+    """In how many parts of its bins, (bins, parts), a cell is seen, over what chance would give."""
+    parts = finely.shape[1] * np.array([one.any() for one in finely]).sum()
+    expected = parts * (1.0 - (1.0 - 1.0 / parts) ** count)
+    return float(finely.sum() / expected) if expected >= _TELLING else 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _avoid(one: Bools, other: Bools) -> bool:
+    """Whether two cells, (bins, parts) each, are hardly ever seen in the same part of a bin."""
+    expected, met = 0.0, 0
+    for k in range(one.shape[0]):
+        expected += one[k].sum() * other[k].sum() / one.shape[1]
+        met += (one[k] & other[k]).sum()
+    return expected >= _TELLING and met < _MEET * expected
