@@ -281,13 +281,14 @@ def cells_of(profile: Profile, scale: Scale, *, side_mm: float, looks: Looks | N
     centre = [np.bincount(cell, one[inside], len(used)) / count for one in (profile.z_mm, profile.r_mm)]
     finely = np.zeros((len(used), ARC_BINS * _FINE), np.bool_)
     finely[cell, _arc_part(profile.angle[inside], scale.arc, ARC_BINS * _FINE)] = True
-    finely = finely.reshape(-1, ARC_BINS, _FINE)
+    parts: Bools = finely.reshape(-1, ARC_BINS, _FINE)
     facing = np.zeros((len(used), 2))
     if looks is not None:
         faces = _in_cells(looks[0], looks[1], low, high, side_mm)[0]
         facing = _facing(np.where(faces >= 0, index.flat[faces], -1), looks, len(used))
     place = np.stack(np.unravel_index(used, shape), axis=1)
-    return Cells(np.stack(centre, axis=1), count, finely.any(axis=2), finely, index, place, facing)
+    seen: Bools = np.logical_or.reduce(parts, axis=2)
+    return Cells(np.stack(centre, axis=1), count, seen, parts, index, place, facing)
 
 
 def _facing(cell: Ints, looks: Looks, count: int) -> Floats:
