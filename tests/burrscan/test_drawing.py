@@ -110,7 +110,12 @@ def test_a_drawn_wheel_without_burrs_has_none() -> None:
 
 @pytest.mark.parametrize(
     ("count", "height_mm", "width_mm", "section"),
-    [(12, 2.0, 2.0, "triangle"), (14, 1.06, 1.44, "rounded"), (22, 0.89, 0.69, "rounded")],
+    [
+        (12, 2.0, 2.0, "triangle"),
+        (14, 1.06, 1.44, "rounded"),
+        (22, 0.89, 0.69, "rounded"),
+        (30, 0.9, 1.2, "triangle"),
+    ],
 )
 def test_many_burrs_that_are_alike_are_no_surface(
     count: int, height_mm: float, width_mm: float, section: Literal["triangle", "rounded"]

@@ -18,8 +18,6 @@ ARC_BINS = 64
 """Angular bins of a coverage mask, over the arc that the data span."""
 _FINE = 16
 """Parts of an angular bin: a burr is narrower than a bin, and where it is the surface below it is not."""
-_NARROW = 0.3
-"""Share of the arc, of the best covered cell's, up to which a cell may be many burrs. Lugs have more."""
 _MEET = 0.3
 """Share of the parts in which two cells would meet by chance, below which they exclude each other."""
 _CROWDED = 0.4
@@ -376,18 +374,17 @@ def _covered(
     keep = np.zeros(len(place), np.bool_)
     most = coverage.max() if len(coverage) else 0.0
     share = np.array([one.sum() for one in finely]) / (ARC_BINS * _FINE)
-    widest = share.max() if len(share) else 0.0
     spread = np.array([_spread(finely[i], count[i]) for i in range(len(finely))])
     for i in range(len(place)):
         keep[i] = coverage[i] >= _LEAST_COVERAGE * most
-        if not keep[i] or (coverage[i] > 0.5 * most and share[i] > _NARROW * widest):
+        if not keep[i] or coverage[i] > 0.5 * most:
             continue
         for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):
             for column in range(max(place[i, 1] - reach, 0), min(place[i, 1] + reach + 1, index.shape[1])):
                 j = index[row, column]
                 if not keep[i] or j < 0 or opposed(facing, i, j):
                     continue
-                if coverage[i] <= 0.5 * most and coverage[j] >= 1.5 * coverage[i]:
+                if coverage[j] >= 1.5 * coverage[i]:
                     keep[i] &= (seen[i] & seen[j]).sum() > 0.2 * coverage[i] * ARC_BINS
                 if share[j] >= 1.5 * share[i]:
                     keep[i] &= spread[i] >= _CROWDED * spread[j] and not _avoid(finely[i], finely[j])
