@@ -57,13 +57,19 @@ def clean_view(part: str, number: int, *, noise: float) -> CleanView:
 
 def seen(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats]:
     """What is seen of a part, and the direction of its axis."""
+    mesh, pose, _ = drawn(part, number, noise=noise)
+    return mesh, pose[:3, 2]
+
+
+def drawn(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats, float]:
+    """What is seen of a part, the pose (4, 4) that the part has, and the noise along the rays, mm."""
     rng = np.random.default_rng((list(PARTS).index(part), number))
     vertices, faces = PARTS[part](rng)
     sigma = noise * float(np.ptp(vertices, axis=0).max())
     points, triangles, pose = posed_view(
         vertices, faces, rng, sigma=sigma, seed=(number, list(PARTS).index(part))
     )
-    return (points, triangles), pose[:3, 2]
+    return (points, triangles), pose, sigma
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.burrs.detect import Region
 from burrscan.burrs.field import Field
 
@@ -74,7 +74,20 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
     along = region.cells[rows].sum() / max(int((field.count[rows] > 0.0).sum()), 1)
     if along > _WHOLE:
         return False
-    return any(_in_contrast(field, region, peak, rows, box, without=without) for box in _boxes(region))
+    span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
+    around, beside = (cells & ~without for cells in _surroundings(field, region))
+
+    def in_contrast(box: tuple[int, int]) -> bool:
+        level = _box_means(field.cell, field.deviation_mm, field.count, 2.0 * peak, box, span)
+        inside = region.cells & np.isfinite(level)
+        if not inside.any():
+            return False
+        height = float(np.quantile(region.sign * level[inside], _CREST))
+        # A ridge that crosses one bad row (a step's edge) is judged by the many others.
+        on_rows = float(np.quantile(_row_strengths(level[rows], beside[rows]), 0.7))
+        return height > _LEAST_CONTRAST * max(_strength(level, around), on_rows)
+
+    return any(in_contrast(box) for box in _boxes(region))
 
 
 def _boxes(region: Region) -> set[tuple[int, int]]:
@@ -85,21 +98,6 @@ def _boxes(region: Region) -> set[tuple[int, int]]:
     """
     rows, columns = min(region.box[0], 3), min(region.box[1], 3)
     return {(rows, columns), (rows, 1)}
-
-
-def _in_contrast(
-    field: Field, region: Region, peak: float, rows: Ints, box: tuple[int, int], *, without: Bools
-) -> bool:
-    span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
-    level = _box_means(field.cell, field.deviation_mm, field.count, 2.0 * peak, box, span)
-    inside = region.cells & np.isfinite(level)
-    if not inside.any():
-        return False
-    height = float(np.quantile(region.sign * level[inside], _CREST))
-    around, beside = (cells & ~without for cells in _surroundings(field, region))
-    # A ridge that crosses one bad row (a step's edge) is judged by the many others.
-    on_rows = float(np.quantile(_row_strengths(level[rows], beside[rows]), 0.7))
-    return height > _LEAST_CONTRAST * max(_strength(level, around), on_rows)
 
 
 def _strength(level: Floats, mask: Bools) -> float:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.synthetic.clean_command import PARTS
-from bench.synthetic.depth_view import posed_view
+from bench.synthetic.clean_command import drawn
 from burrscan.generatrix.profile import Profile
 from burrscan.generatrix.tracing import cells
 from burrscan.pose import placed
@@ -25,11 +24,7 @@ def noise_shares(views: tuple[tuple[str, int], ...]) -> list[float]:
 
 
 def _noise_share(part: str, number: int) -> float:
-    seed = list(PARTS).index(part)
-    rng = np.random.default_rng((seed, number))
-    vertices, faces = PARTS[part](rng)
-    sigma = 0.001 * float(np.ptp(vertices, axis=0).max())
-    points, _, pose = posed_view(vertices, faces, rng, sigma=sigma, seed=(number, seed))
+    (points, _), pose, sigma = drawn(part, number, noise=0.001)
     points = placed(np.linalg.inv(pose), points)
     x, y, z = points[np.isfinite(points).all(axis=1)].T
     return cells.scale_of(Profile(z.copy(), np.hypot(x, y), np.arctan2(y, x))).noise_mm / sigma
