@@ -107,10 +107,8 @@ class Cells:
         (N, 2) mean (z, r) of the data in each.
     count
         (N,) how many data each holds.
-    seen
-        (N, bins) the angular bins of the arc in which it holds data.
     finely
-        (N, bins, parts) in which parts of those.
+        (N, bins, parts) in which parts of the angular bins of the arc it holds data.
     index
         (rows, columns) cell number at each place of the grid, -1 where empty.
     place
@@ -123,11 +121,15 @@ class Cells:
 
     centre_mm: Floats
     count: Floats
-    seen: Bools
     finely: Bools
     index: Ints32
     place: Ints
     facing: Floats
+
+    @property
+    def seen(self) -> Bools:
+        """(N, bins) in which angular bins each holds data."""
+        return np.asarray(self.finely.any(axis=2))
 
     @property
     def coverage(self) -> Floats:
@@ -285,8 +287,7 @@ def cells_of(profile: Profile, scale: Scale, *, side_mm: float, looks: Looks | N
         faces = _in_cells(looks[0], looks[1], low, high, side_mm)[0]
         facing = _facing(np.where(faces >= 0, index.flat[faces], -1), looks, len(used))
     place = np.stack(np.unravel_index(used, shape), axis=1)
-    seen: Bools = np.logical_or.reduce(parts, axis=2)
-    return Cells(np.stack(centre, axis=1), count, seen, parts, index, place, facing)
+    return Cells(np.stack(centre, axis=1), count, parts, index, place, facing)
 
 
 def _facing(cell: Ints, looks: Looks, count: int) -> Floats:
@@ -317,7 +318,6 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     return Cells(
         cells.centre_mm[keep],
         cells.count[keep],
-        cells.seen[keep],
         cells.finely[keep],
         index,
         cells.place[keep],
