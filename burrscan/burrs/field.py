@@ -117,6 +117,17 @@ class Field:
         """(N,) index of each vertex's cell in the grid as one row after the other."""
         return np.ravel_multi_index((self.cell[:, 0], self.cell[:, 1]), self.count.shape)
 
+    @cached_property
+    def _by_row(self) -> tuple[Ints, Ints]:
+        """(N,) vertices ordered by their row, and (rows + 1,) where in it each row begins."""
+        order = np.argsort(self.cell[:, 0], kind="stable")
+        return order, np.searchsorted(self.cell[order, 0], np.arange(len(self.count) + 1))
+
+    def in_rows(self, first: int, end: int) -> Ints:
+        """(M,) vertices in the rows from ``first`` to before ``end``, a row after the other. O(1)."""
+        order, starts = self._by_row
+        return order[starts[first] : starts[end]]
+
     def arc_mm(self, chosen: Ints) -> Floats:
         """(M,) length around the axis, from the start of the arc, of some vertices."""
         turn = (self.angle[chosen] - self.arc[0]) % (2.0 * np.pi)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.arrays import Bools, Floats
 from burrscan.burrs.detect import Region
 from burrscan.burrs.field import Field
 
@@ -78,7 +78,7 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
     around, beside = (cells & ~without for cells in _surroundings(field, region))
 
     def in_contrast(box: tuple[int, int]) -> bool:
-        level = _box_means(field.cell, field.deviation_mm, field.count, 2.0 * peak, box, span)
+        level = _box_means(field, 2.0 * peak, box, span)
         inside = region.cells & np.isfinite(level)
         if not inside.any():
             return False
@@ -150,23 +150,17 @@ def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001
     return grown
 
 
-def _box_means(
-    cell: Ints32,
-    deviation: Floats,
-    count: Floats,
-    most: float,
-    box: tuple[int, int],
-    span: tuple[int, int],
-) -> Floats:
+def _box_means(field: Field, most: float, box: tuple[int, int], span: tuple[int, int]) -> Floats:
     """Mean deviation, each cut off at ``most``, over a box of cells; NaN with fewer than two vertices.
 
-    Only the rows of ``span`` are computed.
+    Only the rows of ``span`` are computed: O(vertices and cells in them).
     """
-    reach = slice(max(span[0] - box[0] // 2, 0), span[1] + box[0] // 2)
-    near = (cell[:, 0] >= reach.start) & (cell[:, 0] < reach.stop)
+    count = field.count
+    reach = slice(max(span[0] - box[0] // 2, 0), min(span[1] + box[0] // 2, len(count)))
+    near = field.in_rows(reach.start, reach.stop)
     part = count[reach]
-    flat = np.ravel_multi_index((cell[near, 0] - reach.start, cell[near, 1]), part.shape)
-    cut = np.clip(deviation[near], -most, most)
+    flat = field.flat_cell[near] - reach.start * count.shape[1]
+    cut = np.clip(field.deviation_mm[near], -most, most)
     total = np.asarray(np.bincount(flat, cut, part.size), np.float64).reshape(part.shape)
     sums = []
     for image in (part, total):

@@ -268,4 +268,6 @@ def _high(field: Field, on: Ints, sign: int) -> Bools:
 def _around(field: Field, region: Region, taken: Bools) -> Ints:
     """Vertices in the region's bounding box and a margin, without those of other regions."""
     near = boxed(region.cells, _MARGIN, _MARGIN, closed=field.closed) & ~(taken & ~region.cells)
-    return np.flatnonzero(near[field.cell[:, 0], field.cell[:, 1]])
+    rows = np.flatnonzero(near.any(axis=1))
+    some = field.in_rows(int(rows[0]), int(rows[-1]) + 1)
+    return np.sort(some[near.ravel()[field.flat_cell[some]]])
