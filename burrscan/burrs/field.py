@@ -124,9 +124,21 @@ class Field:
         return order, np.searchsorted(self.cell[order, 0], np.arange(len(self.count) + 1))
 
     def in_rows(self, first: int, end: int) -> Ints:
-        """(M,) vertices in the rows from ``first`` to before ``end``, a row after the other. O(1)."""
+        """(M,) vertices in the rows from ``first`` to before ``end``, a row after the other.
+
+        O(1) once the vertices are ordered, O(N log N), which the first call does.
+        """
         order, starts = self._by_row
         return order[starts[first] : starts[end]]
+
+    def within(self, cells: Bools) -> Ints:
+        """(M,) vertices in some cells (rows, columns), ascending. O(vertices in the rows of the cells)."""
+        rows = np.flatnonzero(np.logical_or.reduce(cells, axis=1))
+        if not len(rows):
+            return rows
+        near = self.in_rows(int(rows[0]), int(rows[-1]) + 1)
+        inside: Bools = cells.ravel().take(self.flat_cell[near])  # a quarter of the time of two indices
+        return np.sort(near[inside])
 
     def arc_mm(self, chosen: Ints) -> Floats:
         """(M,) length around the axis, from the start of the arc, of some vertices."""

@@ -55,15 +55,9 @@ def convincing(field: Field, regions: list[Region]) -> list[Region]:
 
 def peak_mm(field: Field, region: Region) -> float:
     """How high the anomaly is where it is high: the 80 % point of its vertices' deviations."""
-    lift = region.sign * field.deviation_mm[on(field, region)]
+    lift = region.sign * field.deviation_mm[field.within(region.cells)]
     rising = lift[lift > 0.0]
     return float(np.quantile(rising, 0.8)) if len(rising) >= _LEAST_VERTICES else 0.0
-
-
-def on(field: Field, region: Region) -> Bools:
-    """(N,) True for the vertices in a region's cells."""
-    inside: Bools = region.cells.ravel().take(field.flat_cell)  # a quarter of the time of two indices
-    return inside
 
 
 def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> bool:

@@ -16,7 +16,6 @@ import numpy as np
 from burrscan.arrays import Floats, Ints32
 from burrscan.burrs.detect import Region, integral
 from burrscan.burrs.field import Field
-from burrscan.burrs.local_cfar import on
 
 WIDE_MM, WIDE = 5.0, 0.1
 """How far around it is looked, mm, and no further than that share of the radius: wider than what a burr
@@ -51,7 +50,7 @@ class Openings:
             Median over the highest third of its cells, each of the box within :data:`WIDE_MM` of it.
 
         """
-        field, chosen = self._field, np.flatnonzero(on(self._field, region))
+        field, chosen = self._field, self._field.within(region.cells)
         radius = max(float(np.median(field.foot[chosen, 1])), 1e-9)
         row, column = _highest(field.cell[chosen], region.sign * field.deviation_mm[chosen]).T
         rows, columns = (

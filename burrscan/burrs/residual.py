@@ -268,6 +268,4 @@ def _high(field: Field, on: Ints, sign: int) -> Bools:
 def _around(field: Field, region: Region, taken: Bools) -> Ints:
     """Vertices in the region's bounding box and a margin, without those of other regions."""
     near = boxed(region.cells, _MARGIN, _MARGIN, closed=field.closed) & ~(taken & ~region.cells)
-    rows = np.flatnonzero(near.any(axis=1))
-    some = field.in_rows(int(rows[0]), int(rows[-1]) + 1)
-    return np.sort(some[near.ravel()[field.flat_cell[some]]])
+    return field.within(near)
