@@ -106,6 +106,7 @@ class Sitting:
         self._accepted: dict[str, str] = {}  # address to the process's own id: ports are used again
         self._refused: dict[str, str] = {}
         self._counted = -_COUNT_EVERY_S
+        self._deserted = False
         self.workers = 0
         self._vetting = vetting.Vetting(
             name=self._name, expected=expected, modules=modules, renders=renders, resources=resources
@@ -224,6 +225,9 @@ class Sitting:
         here = self._client.nthreads().keys()
         if not here <= self._accepted.keys():
             self._meet_all(here)
+        if self._accepted and not here and not self._deserted:
+            self._say("note: no worker is left; cases wait for one (dask worker ADDRESS)")
+        self._deserted = not here
         self.workers = len(self._accepted.keys() & here)
         self._counted = time.monotonic()
         if here and here <= self._refused.keys():

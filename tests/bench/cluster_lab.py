@@ -6,8 +6,10 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -130,6 +132,29 @@ class Cluster:
         worker = self._start(*asked, *options, **HELD | environment)
         self.workers.append(worker)
         return worker
+
+    @contextmanager
+    def supervised(self) -> Iterator[None]:
+        """A worker that is started anew whenever it dies, as a batch system does.
+
+        Dask's nanny gives up a worker that dies before it has told the nanny that it runs, and a case that
+        kills at once is that quick on a slow machine.
+        """
+        ended = threading.Event()
+
+        def keep() -> None:
+            while not ended.is_set():
+                self.start_worker("--no-nanny").wait()
+
+        keeper = threading.Thread(target=keep)
+        keeper.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            while keeper.is_alive():  # one may be under way
+                self.stop(list(self.workers))
+                keeper.join(0.1)
 
     def complete(self) -> None:
         """A scheduler and a worker, started where there is none."""

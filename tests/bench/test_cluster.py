@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -65,16 +66,24 @@ def engine(cluster: Cluster, said: list[str] | None = None) -> Dask:
 def test_a_worker_is_killed_and_a_late_one_goes_on(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
-    killed: list[int] = []
+    said: list[str] = []
+    late: list[threading.Thread] = []
+
+    def come() -> None:
+        until(lambda: any("no worker is left" in line for line in said), "nobody is told to start one")
+        cluster.start_worker("--no-nanny")
 
     def kill(state: Progress) -> None:
-        if state.done == 3 and not killed:
-            killed.extend(worker.pid for worker in cluster.workers)
+        if state.done == 3 and not late:
             cluster.stop(list(cluster.workers))
-            cluster.start_worker("--no-nanny")
+            late.append(threading.Thread(target=come))
+            late[0].start()
 
-    run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), progress=kill, examine_case=fakes.slow)
-    assert killed
+    run_suite(
+        small_suite(), tmp_path / "r", engine=engine(cluster, said), progress=kill, examine_case=fakes.slow
+    )
+    late[0].join()
+    assert sum("no worker is left" in line for line in said) == 1
     assert content(tmp_path / "r") == content(alone)
 
 
@@ -149,9 +158,11 @@ def test_a_case_that_kills_is_named_and_the_others_are_done(fakes: ModuleType, t
     out = tmp_path / "r"
     try:
         cluster.start_scheduler(DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
-        cluster.start_worker()  # with a nanny, which starts it anew
-        with pytest.raises(
-            InputError, match=r"^seed=3: its workers died .*; 1 case\(s\) have no record.*--resume"
+        with (
+            cluster.supervised(),
+            pytest.raises(
+                InputError, match=r"^seed=3: its workers died .*; 1 case\(s\) have no record.*--resume"
+            ),
         ):
             run_suite(small_suite(6), out, engine=engine(cluster), examine_case=fakes.deadly)
     finally:
