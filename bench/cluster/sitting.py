@@ -106,7 +106,7 @@ class Sitting:
         self._accepted: dict[str, str] = {}  # address to the process's own id: ports are used again
         self._refused: dict[str, str] = {}
         self._counted = -_COUNT_EVERY_S
-        self._deserted = False
+        self._deserted = False  # which was said
         self.workers = 0
         self._vetting = vetting.Vetting(
             name=self._name, expected=expected, modules=modules, renders=renders, resources=resources
@@ -150,7 +150,8 @@ class Sitting:
         finally:
             cloudpickle.unregister_pickle_by_value(vetting)
         here = self._client.nthreads().keys()
-        if not here:
+        self._deserted = not here
+        if self._deserted:
             self._say("note: no worker yet; cases wait for one (dask worker ADDRESS)")
         self._meet_all(here)
         with contextlib.suppress(queue.Empty):  # the others' words are under way
@@ -225,7 +226,7 @@ class Sitting:
         here = self._client.nthreads().keys()
         if not here <= self._accepted.keys():
             self._meet_all(here)
-        if self._accepted and not here and not self._deserted:
+        if not here and not self._deserted:
             self._say("note: no worker is left; cases wait for one (dask worker ADDRESS)")
         self._deserted = not here
         self.workers = len(self._accepted.keys() & here)
@@ -271,6 +272,7 @@ class Sitting:
                 continue
             del self._out[key]
             if parcel := fetched.get(key):
+                self._deserted = False  # also where the worker came and went between two counts
                 self._unpack(parcel, case)
                 yield case, list(parcel.records)
             elif future.status == "error":

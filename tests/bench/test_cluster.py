@@ -63,6 +63,7 @@ def engine(cluster: Cluster, said: list[str] | None = None) -> Dask:
     return Dask(str(cluster.file), small_suite(), say=(said if said is not None else []).append)
 
 
+@pytest.mark.timeout(120)
 def test_a_worker_is_killed_and_a_late_one_goes_on(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
