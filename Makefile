@@ -1,7 +1,10 @@
 # Everything goes through the virtual environment in .venv; the first target that needs it makes it.
 # Another Python: make setup PYTHON=python3.12
 .DEFAULT_GOAL := help
-.PHONY: help setup demo regress test test-fast coverage docs lint format clean
+.PHONY: help setup demo regress test studies test-fast coverage docs lint format clean
+
+# set where files shall not be written, it would have each of many processes compile every source anew
+unexport PYTHONDONTWRITEBYTECODE
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -27,17 +30,21 @@ regress: $(READY) ## run the suite 'quick' against its accepted baseline; fails 
 	$(BIN)/burrscan compare reports/baselines/quick $(REGRESS) --markdown $(REGRESS)/compare.md \
 	  --junit $(REGRESS)/compare.xml --json $(REGRESS)/compare.json
 
-test: $(READY) ## set up and run every test; on Debian as root also the browser and shells that some use
+test: $(READY) ## set up and run the tests; on Debian as root also the browser and shells that some use
 	@.ci/extras $(BIN)/python
 	$(BIN)/pytest $(EVERY_CORE) --durations=10 -rs
 
+studies: $(READY) ## the tests that `make test` leaves out: more draws, more shapes, larger meshes; CI runs them too
+	@.ci/extras $(BIN)/python
+	$(BIN)/pytest $(EVERY_CORE) -m study --durations=10 -rs
+
 test-fast: $(READY) ## the tests that take a minute together, while you write
-	$(BIN)/pytest $(EVERY_CORE) -m "not slow"
+	$(BIN)/pytest $(EVERY_CORE) -m "not slow and not study"
 
 coverage: $(READY) ## every test, and which lines they reach: htmlcov/index.html
 	@.ci/extras $(BIN)/python
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest
+	$(BIN)/coverage run -m pytest -m ""
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage html --quiet
 	$(BIN)/coverage report

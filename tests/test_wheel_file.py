@@ -54,6 +54,7 @@ def test_it_holds_every_file_of_the_packages_and_no_other(wheel: Path) -> None:
     assert held == there
 
 
+@pytest.mark.study
 def test_it_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
     """Catalogues, suites and templates are found where they were installed.
 

@@ -166,7 +166,7 @@ def _outcome(tree: Path, tests: str, *, limit_s: float) -> str:
     """Run tests in a tree. Kernels are compiled anew, for numba does not see that a callee has changed."""
     folder, _, pattern = tests.rpartition("/")
     chosen = sorted(str(path) for path in (tree / folder).glob(pattern))
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *chosen]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "", *chosen]
     with tempfile.TemporaryDirectory() as cache:
         room = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": cache, "PYTHONDONTWRITEBYTECODE": "1"}
         run = partial(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -109,20 +110,8 @@ class RandomDesign:
                 path: draw.value(float(share))
                 for (path, draw), share in zip(self.draw.items(), row, strict=True)
             }
-            for row in self._shares()
+            for row in _shares(self.method, self.points, len(self.draw), self.design_seed)
         ]
-
-    def _shares(self) -> Floats:
-        """(points, paths) in the unit cube."""
-        from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
-
-        random = np.random.default_rng(self.design_seed)
-        if self.method == "latin_hypercube":
-            return np.asarray(
-                qmc.LatinHypercube(len(self.draw), rng=random, optimization="random-cd").random(self.points)
-            )
-        sobol = qmc.Sobol(len(self.draw), rng=random)  # balanced by powers of two: take the first points
-        return np.asarray(sobol.random_base2((self.points - 1).bit_length())[: self.points])
 
     def problems(self) -> Iterator[str]:
         """What is wrong with its draws."""
@@ -134,6 +123,18 @@ class RandomDesign:
         """As it is written in a file."""
         draws = {path: _plain(draw) for path, draw in self.draw.items()}
         return {"points": self.points, "method": self.method, "design_seed": self.design_seed, **draws}
+
+
+@lru_cache(maxsize=32)
+def _shares(method: str, points: int, paths: int, seed: int) -> Floats:
+    """(points, paths) in the unit cube; kept, for spreading a Latin hypercube takes a second."""
+    from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
+
+    random = np.random.default_rng(seed)
+    if method == "latin_hypercube":
+        return np.asarray(qmc.LatinHypercube(paths, rng=random, optimization="random-cd").random(points))
+    sobol = qmc.Sobol(paths, rng=random)  # balanced by powers of two: take the first points
+    return np.asarray(sobol.random_base2((points - 1).bit_length())[:points])
 
 
 def arranged_design(table: Any) -> Any:

@@ -114,6 +114,7 @@ def parameters(rig: Rig) -> Floats:
     return np.concatenate([*devices, turn, rig.T_projector_camera[:3, 3]])
 
 
+@pytest.mark.study
 def test_boards_of_any_code_recover_the_true_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Capture folders of a bent camera, in XOR code: 22 parameters within their joint uncertainty (z < 4)."""
     path, scene = written(tmp_path, colour=False)

@@ -135,6 +135,7 @@ run_suite(suite, Path(sys.argv[1]), engine=Dask(sys.argv[2], suite), examine_cas
 """
 
 
+@pytest.mark.study
 def test_the_driver_is_killed_and_another_resumes(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
@@ -217,6 +218,7 @@ def test_pictures_go_to_the_store_that_is_named(
     assert content(out) == content(alone)
 
 
+@pytest.mark.study
 def test_a_worker_of_many_threads_has_one_case_at_a_time(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:

@@ -258,6 +258,7 @@ def test_no_result_at_all_is_not_called_equivalent(base: Run) -> None:
     assert next(row.verdict for row in rows if row.metric == "depth_rms_mm") == "inconclusive"
 
 
+@pytest.mark.study
 def test_false_verdicts_are_rare_and_regressions_are_seen() -> None:
     """Twenty A/A comparisons with other noise; bench/compare/README.md has 200 of each."""
     by_name = {name: (metric, plant) for name, metric, plant in plants()}

@@ -58,6 +58,7 @@ def test_29_of_29_show_0_90() -> None:
     assert share_bounds(0, 5)[1] == pytest.approx(1.0 - 0.025 ** (1 / 5))
 
 
+@pytest.mark.study
 def test_hit_miss_intervals_cover_as_stated() -> None:
     random, trials = np.random.default_rng(0), 120
     fits = [fit_hit_miss(*simulated(random, 120)) for _ in range(trials)]
@@ -68,6 +69,7 @@ def test_hit_miss_intervals_cover_as_stated() -> None:
     assert np.median([fit.a90 for fit in fits]) == pytest.approx(A90, rel=0.05)
 
 
+@pytest.mark.study
 def test_signal_intervals_cover_as_stated() -> None:
     random, trials = np.random.default_rng(1), 150
     fits = [fit_signal(*responses(random, 150), threshold=0.4) for _ in range(trials)]

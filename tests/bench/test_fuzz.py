@@ -73,6 +73,7 @@ def once_each() -> list[Target]:
     return list({target.command: target for target in TARGETS}.values())
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("target", once_each(), ids=lambda target: f"{target.command[0]}-{target.file}")
 def test_what_is_sound_is_answered_rightly(
     target: Target, sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

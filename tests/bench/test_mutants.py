@@ -44,6 +44,7 @@ def test_a_fault_changes_its_own_expression_alone() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.study
 def test_a_fault_that_a_test_sees_is_told_from_one_that_none_sees(tmp_path: Path) -> None:
     """Those that only a slow test sees, in a folder where all are slow, too."""
     for name, mark in (("quick", ""), ("thorough", "@pytest.mark.slow\n")):

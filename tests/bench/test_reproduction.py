@@ -171,6 +171,7 @@ def test_thickness_of_a_band_of_known_width() -> None:
     np.testing.assert_allclose(thickness_mm(z, r), 6.0, atol=0.25)
 
 
+@pytest.mark.study
 def test_every_section_is_measured_and_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On made-up scans: the whole page is one file, every claim is judged, what differs has its reason."""
     monkeypatch.setattr(multiview, "SPINS_DEG", {1: (0.0,), 2: (0.0, 90.0)})

@@ -163,6 +163,7 @@ def test_pictures_are_kept_as_documented(run_dir: Path) -> None:
     assert (run_dir / "report.html").stat().st_size > 10_000
 
 
+@pytest.mark.study
 def test_a_torn_run_is_finished_by_two_workers_with_the_same_records(
     run_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

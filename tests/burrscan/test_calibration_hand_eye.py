@@ -47,6 +47,7 @@ def squares(many: list[tuple[Arm, HandEye]]) -> Floats:
     return np.array(rows)
 
 
+@pytest.mark.study
 def test_the_truth_lies_in_the_stated_ellipsoids(many: list[tuple[Arm, HandEye]]) -> None:
     """X and Z, six numbers each, 120 random arms: the 95 % ellipsoid holds 95 of 100 of them.
 
@@ -61,6 +62,7 @@ def test_the_truth_lies_in_the_stated_ellipsoids(many: list[tuple[Arm, HandEye]]
         assert part.mean() > 4.0
 
 
+@pytest.mark.study
 def test_the_noises_are_those_that_were_put_in(many: list[tuple[Arm, HandEye]]) -> None:
     assert np.mean([found.sigma_px for _, found in many]) == pytest.approx(0.03, rel=0.02)
     assert np.median([found.robot_factor for _, found in many]) == pytest.approx(1.0, abs=0.1)

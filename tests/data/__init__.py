@@ -1,6 +1,9 @@
 """Real data made by others: small parts of it lie here, the whole in ``../shared/data`` where that exists."""
 
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 HERE = Path(__file__).parent
 WHOLE = HERE.parents[2] / "shared" / "data"
@@ -17,15 +20,19 @@ UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}
 """Millimetres, unless stated."""
 
 
-def meshes() -> tuple[Path, ...]:
-    """Every mesh that is here, and those of ``../shared/data`` that were thinned to fit in."""
+def meshes() -> list[Any]:
+    """Parameters of a test: every mesh that is here; for `make studies` also what it was thinned from."""
     whole = (WHOLE / "meshes" / name for name in AXES)
     small = tuple(HERE / "meshes" / name for name in AXES)
-    return small + tuple(
+    thinned = [
         path
         for path, kept in zip(whole, small, strict=True)
         if path.exists() and path.stat().st_size > kept.stat().st_size
-    )
+    ]
+    return [
+        *(pytest.param(path, id=place(path)) for path in small),
+        *(pytest.param(path, id=place(path), marks=pytest.mark.study) for path in thinned),
+    ]
 
 
 def captures() -> tuple[Path, ...]:

@@ -229,7 +229,11 @@ def test_rows_are_added_by_their_share() -> None:
 
 @pytest.mark.parametrize(
     ("bounces", "settings"),
-    [(3, ({"most": 64}, {"most": 128}, {"samples": 64})), (2, ({},)), (4, ({},))],
+    [
+        pytest.param(3, ({"most": 64}, {"most": 128}, {"samples": 64}), marks=pytest.mark.study),
+        (2, ({},)),
+        pytest.param(4, ({},), marks=pytest.mark.study),
+    ],
 )
 def test_other_numbers_of_paths_and_bounces_agree(
     mi: Any, wheel: Wheel, bounces: int, settings: tuple[dict[str, int], ...]

@@ -96,7 +96,9 @@ def test_the_slopes_variance_is_that_of_the_derivative_of_the_piece() -> None:
     np.testing.assert_allclose(slopes[:, 1, 0, 0], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("over", [1, 9, 25])
+@pytest.mark.parametrize(
+    "over", [pytest.param(1, marks=pytest.mark.study), 9, pytest.param(25, marks=pytest.mark.study)]
+)
 def test_intervals_hold_whatever_the_noises_length(over: int) -> None:
     """Running means over so many rows and columns; a covariance that ignores them holds in 20 to 40 %."""
     held = []

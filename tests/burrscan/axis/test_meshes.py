@@ -10,10 +10,10 @@ from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.axis import find_axis
 from burrscan.meshio import read_mesh
-from tests.data import AXES, meshes, place
+from tests.data import AXES, meshes
 
 
-@pytest.mark.parametrize("path", meshes(), ids=place)
+@pytest.mark.parametrize("path", meshes())
 def test_single_views(path: Path) -> None:
     read = read_mesh(path)
     mesh = trimesh.Trimesh(read.vertices_mm, read.faces, process=True)  # STL repeats every vertex

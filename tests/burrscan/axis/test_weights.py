@@ -39,6 +39,7 @@ def squares_deg2(quiet_mm: float, loud_mm: float) -> Floats:
     return squares
 
 
+@pytest.mark.study
 def test_quiet_vertices_count_for_more() -> None:
     squares = squares_deg2(0.05, 1.0)
     # Equal weights were 7.3e-5 before walls were left out, which the steps of such noise are; 1.3e-5 while

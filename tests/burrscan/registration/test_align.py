@@ -38,6 +38,7 @@ def test_views_of_a_part_that_is_not_round_are_put_where_they_were() -> None:
     assert found.overlap[0, 2] < 0.2
 
 
+@pytest.mark.study
 def test_the_stated_covariance_is_that_of_the_errors() -> None:
     """Rotations over eight runs: their mean squared pull, 72 values, is 1 within 4.5 of its own sigma."""
     pulls = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from tests.burrscan.registration.views import motion, true_pose
 
 SHAPE = (120, 60)
 COUNTS = (1, 2, 4, 8)
+SOME = [pytest.param(count, marks=() if count == 2 else pytest.mark.study) for count in COUNTS]
 DRAWS = {1: 40, 2: 30, 4: 12, 8: 10}
 """Each view of a draw has noise of its own: 40 to 80 axes for each number of views."""
 SIGMA_MM = 0.02
@@ -104,16 +106,16 @@ def bound_deg(count: int, *, robot_mm: float = 0.5, robot_deg: float = 0.2) -> F
     return np.degrees(np.sqrt(tilts))
 
 
-@pytest.fixture(scope="module")
-def found() -> dict[int, list[tuple[Shot, Joint]]]:
-    """All shots: the same part and poses, seen by ever more views."""
-    return {
-        count: [
-            (one, joint(one.views))
-            for one in (shot(turns(count), seed, shape=SHAPE) for seed in range(DRAWS[count]))
-        ]
-        for count in COUNTS
-    }
+@cache
+def solved(count: int, seed: int) -> tuple[Shot, Joint]:
+    """One shot: the same part and poses, seen by ever more views."""
+    one = shot(turns(count), seed, shape=SHAPE)
+    return one, joint(one.views)
+
+
+def found(count: int) -> list[tuple[Shot, Joint]]:
+    """All shots of so many views."""
+    return [solved(count, seed) for seed in range(DRAWS[count])]
 
 
 def camera_errors(shots: list[tuple[Shot, Joint]]) -> Floats:
@@ -123,19 +125,18 @@ def camera_errors(shots: list[tuple[Shot, Joint]]) -> Floats:
     )
 
 
-@pytest.mark.parametrize("count", COUNTS)
-def test_the_axis_is_within_1_3_of_the_bound(count: int, found: dict[int, list[tuple[Shot, Joint]]]) -> None:
+@pytest.mark.parametrize("count", SOME)
+def test_the_axis_is_within_1_3_of_the_bound(count: int) -> None:
     """RMS over the draws and all views; chance alone makes up to 1.1 of 1 (two sigma of 80 tilts)."""
-    tilts = np.degrees(camera_errors(found[count])[:, :, :2])
+    tilts = np.degrees(camera_errors(found(count))[:, :, :2])
     rms = np.sqrt((tilts**2).sum(axis=2).mean())
     assert rms < 1.3 * np.sqrt((bound_deg(count) ** 2).mean())
 
 
-def test_more_views_make_the_axis_better_than_the_best_single_one(
-    found: dict[int, list[tuple[Shot, Joint]]],
-) -> None:
-    rms = [np.sqrt((camera_errors(found[count])[:, :, :2] ** 2).sum(axis=2).mean()) for count in COUNTS]
-    shots = found[4]
+@pytest.mark.study
+def test_more_views_make_the_axis_better_than_the_best_single_one() -> None:
+    rms = [np.sqrt((camera_errors(found(count))[:, :, :2] ** 2).sum(axis=2).mean()) for count in COUNTS]
+    shots = found(4)
     alone = np.array(
         [
             [axis_error(joint([v]).axes_camera[0], T)[:2] for v, T in zip(s.views, s.true, strict=True)]
@@ -150,22 +151,22 @@ def test_more_views_make_the_axis_better_than_the_best_single_one(
     assert rms == sorted(rms, reverse=True)
 
 
-@pytest.mark.parametrize("count", COUNTS)
-def test_stated_axes_hold_95_of_100_times(count: int, found: dict[int, list[tuple[Shot, Joint]]]) -> None:
+@pytest.mark.parametrize("count", SOME)
+def test_stated_axes_hold_95_of_100_times(count: int) -> None:
     """Four numbers of each axis, in the cameras and in the world: chi-squared, and its 95 % point."""
     square = [
         e @ np.linalg.solve(a.covariance, e)
-        for s, f in found[count]
+        for s, f in found(count)
         for a, T in zip(f.axes_camera, s.true, strict=True)
         for e in [axis_error(a, T)]
     ]
     held = np.mean(np.array(square) < chi2.ppf(0.95, 4))
     # views of one shot share errors: what counts are the shots, at least
-    assert held > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(found[count]))
+    assert held > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(found(count)))
     assert 4.0 / 2.2 < np.mean(square) < 4.0 * 1.8
-    world = [axis_error(f.axis, np.eye(4)) for _, f in found[count]]
+    world = [axis_error(f.axis, np.eye(4)) for _, f in found(count)]
     square = [
-        e @ np.linalg.solve(f.axis.covariance, e) for e, (_, f) in zip(world, found[count], strict=True)
+        e @ np.linalg.solve(f.axis.covariance, e) for e, (_, f) in zip(world, found(count), strict=True)
     ]
     assert chi2.ppf(1e-4, 4 * len(square)) < np.sum(square) < chi2.ppf(1 - 1e-4, 4 * len(square))
 
@@ -186,10 +187,9 @@ def rolls_deg(shots: list[tuple[Shot, Joint]]) -> Floats:
     return np.array(pulls)
 
 
-def test_bosses_tell_of_the_turn_and_a_round_part_does_not(
-    found: dict[int, list[tuple[Shot, Joint]]],
-) -> None:
-    bossed = found[8]
+@pytest.mark.study
+def test_bosses_tell_of_the_turn_and_a_round_part_does_not() -> None:
+    bossed = found(8)
     assert all(f.roll_seen.all() for _, f in bossed)
     assert np.abs(rolls_deg(bossed)).max() < 4.0
     assert np.sqrt(np.mean(rolls_deg(bossed) ** 2)) < 1.2
@@ -205,10 +205,10 @@ def test_bosses_tell_of_the_turn_and_a_round_part_does_not(
     assert robot.max() < np.sqrt(2.0) * 0.2  # the camera's place tells of the turn besides
 
 
-def test_a_motion_of_the_world_moves_the_result_along(found: dict[int, list[tuple[Shot, Joint]]]) -> None:
+def test_a_motion_of_the_world_moves_the_result_along() -> None:
     world = motion(np.array([40.0, -70.0, 110.0]), np.array([300.0, -200.0, 900.0]))
     moved = joint(shot(turns(4), 0, shape=SHAPE, world=world).views)
-    _, still = found[4][0]
+    _, still = solved(4, 0)
     stated = np.degrees(np.sqrt(still.axes_camera[0].covariance[0, 0]))
     for one, other in zip(moved.axes_camera, still.axes_camera, strict=True):
         assert np.degrees(np.linalg.norm(one.direction - other.direction)) < 0.5 * stated
@@ -218,8 +218,8 @@ def test_a_motion_of_the_world_moves_the_result_along(found: dict[int, list[tupl
     np.testing.assert_allclose(turned[:, :3, 3], still.T_world_camera[:, :3, 3], atol=0.3)  # at 400 mm
 
 
-def test_the_order_of_the_views_changes_nothing(found: dict[int, list[tuple[Shot, Joint]]]) -> None:
-    given, straight = found[4][1]
+def test_the_order_of_the_views_changes_nothing() -> None:
+    given, straight = solved(4, 1)
     order = [2, 0, 3, 1]
     mixed = joint([given.views[k] for k in order])
     stated = np.degrees(np.sqrt(straight.axes_camera[0].covariance[0, 0]))
@@ -229,9 +229,9 @@ def test_the_order_of_the_views_changes_nothing(found: dict[int, list[tuple[Shot
     np.testing.assert_allclose(mixed.T_world_camera, straight.T_world_camera[order], atol=0.02)
 
 
-def test_the_curve_is_the_true_one(found: dict[int, list[tuple[Shot, Joint]]]) -> None:
+def test_the_curve_is_the_true_one() -> None:
     """Its z is that of the part frame, whose origin the robot's errors shift: compared at its best shift."""
-    _, f = found[8][0]
+    _, f = solved(8, 0)
     z, r = f.generatrix.z_mm, f.generatrix.r_mm
     inner = np.isfinite(z) & (np.abs(z - np.nanmean(z)) < 0.8 * HALF_MM)
     sense = 1.0 if f.axis.direction[2] > 0.0 else -1.0

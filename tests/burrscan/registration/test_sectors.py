@@ -39,9 +39,10 @@ def sectors(seed: int, turns: tuple[float, ...] = TURNS, **options: object) -> l
 @pytest.mark.parametrize(
     ("shape", "noise_mm", "spacing_mm", "gridded", "half_mm"),
     [
-        ("pawn", 0.1, 0.05, True, 12.0),  # triangles folded over: twice as noisy as they are long
+        # triangles folded over: twice as noisy as they are long
+        pytest.param("pawn", 0.1, 0.05, True, 12.0, marks=pytest.mark.study),
         ("pawn", 0.1, 0.1, False, 20.0),
-        ("pawn", 0.02, 0.1, True, 20.0),
+        pytest.param("pawn", 0.02, 0.1, True, 20.0, marks=pytest.mark.study),
         ("wheel", 0.1, 0.3, False, 20.0),
         ("wheel", 0.02, 1.0, True, 20.0),
     ],
@@ -67,6 +68,7 @@ def test_four_sectors_that_overlap_by_a_third_are_put_where_they_were(
     assert not any(motion.kind == "shift" for motions in found.free for motion in motions)
 
 
+@pytest.mark.study
 def test_the_stated_covariance_of_dense_round_sectors_is_that_of_the_errors() -> None:
     """Mean squared pull of 6 × 18 values: 1 within 4.5 of its sigma."""
     square = np.square([pulls(align(sectors(seed, bosses=False, spacing_mm=0.15))) for seed in range(6)])
@@ -94,6 +96,7 @@ def test_bosses_hold_the_turn() -> None:
     assert align(sectors(2, shape="wheel", spacing_mm=0.4)).free[1] == ()
 
 
+@pytest.mark.study
 def test_noise_is_measured_at_any_spacing() -> None:
     """From a fifth of the noise to fifty times of it, within a tenth; a surface without noise has none."""
     for noise, spacing, half in ((0.1, 0.02, 4.0), (0.1, 0.1, 20.0), (0.02, 0.3, 20.0), (0.02, 1.0, 20.0)):
