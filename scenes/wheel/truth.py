@@ -211,13 +211,13 @@ def _candidates(curve: Floats, low: Floats, size: Floats) -> tuple[Ints, Ints]:
 
 
 @njit(cache=True, nogil=True)
-def _segment_distance(z: float, r: float, curve: Floats, i: int) -> tuple[float, float]:
-    """Distance from (z, r) to segment i, and the position of the nearest point along it, 0 to 1."""
+def _segment_off(z: float, r: float, curve: Floats, i: int) -> tuple[float, float]:
+    """Squared distance from (z, r) to segment i, and where along it the nearest point is, 0 to 1."""
     az, ar = curve[i, 0], curve[i, 1]
     dz, dr = curve[i + 1, 0] - az, curve[i + 1, 1] - ar
     along = ((z - az) * dz + (r - ar) * dr) / (dz * dz + dr * dr)
     along = min(max(along, 0.0), 1.0)
-    return np.hypot(z - az - along * dz, r - ar - along * dr), along
+    return (z - az - along * dz) ** 2 + (r - ar - along * dr) ** 2, along
 
 
 @njit(cache=True, nogil=True)
@@ -242,7 +242,7 @@ def _list_near(
         chosen = choice[first[parent[cell]] : first[parent[cell] + 1]]
         limit = np.inf
         for k in range(len(chosen)):
-            distances[k] = _segment_distance(middle[cell, 0], middle[cell, 1], curve, chosen[k])[0]
+            distances[k] = np.sqrt(_segment_off(middle[cell, 0], middle[cell, 1], curve, chosen[k])[0])
             limit = min(limit, distances[k] + reach)
         for k in range(len(chosen)):
             if distances[k] <= limit:
@@ -268,9 +268,9 @@ def _signed_distances(
             nearby = everything
         best, best_i, best_along = np.inf, 0, 0.0
         for i in nearby:
-            distance, along = _segment_distance(z, r, curve, i)
-            if distance < best:
-                best, best_i, best_along = distance, i, along
+            squared, along = _segment_off(z, r, curve, i)
+            if squared < best:
+                best, best_i, best_along = squared, i, along
         az, ar = curve[best_i, 0], curve[best_i, 1]
         dz, dr = curve[best_i + 1, 0] - az, curve[best_i + 1, 1] - ar
         nz, nr = -dr, dz
@@ -279,5 +279,5 @@ def _signed_distances(
         elif best_along == 1.0:
             nz, nr = vertex_normals[best_i + 1, 0], vertex_normals[best_i + 1, 1]
         side = (z - az - best_along * dz) * nz + (r - ar - best_along * dr) * nr
-        result[n] = best if side >= 0.0 else -best
+        result[n] = np.sqrt(best) if side >= 0.0 else -np.sqrt(best)
     return result

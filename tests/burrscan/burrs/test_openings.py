@@ -40,12 +40,10 @@ def seen(part: Mesh, tilt_deg: float) -> Mesh:
     return single_view(*part, view, pixels=200, sigma=0.08, seed=7)
 
 
-VIEWS = [(spokes, tilt) for spokes in (4, 5, 7) for tilt in (20.0, 35.0, 50.0)]
-
-
-def test_the_edges_of_windows_are_no_burrs(monkeypatch: pytest.MonkeyPatch) -> None:
-    views = [seen(wheel(spokes), tilt) for spokes, tilt in VIEWS]
-    assert sum(len(inspect_mesh(*view).burrs) for view in views) <= 1
+@pytest.mark.parametrize("spokes", [4, 5, pytest.param(7, marks=pytest.mark.study)])
+def test_the_edges_of_windows_are_no_burrs(spokes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    views = [seen(wheel(spokes), tilt_deg) for tilt_deg in (20.0, 35.0, 50.0)]
+    assert [inspect_mesh(*view).burrs for view in views] == [(), (), ()]
     monkeypatch.setattr(residual, "MOST_OPEN", 1.0)
     assert sum(len(inspect_mesh(*view).burrs) for view in views) >= 5
 
