@@ -138,13 +138,18 @@ def test_many_burrs_that_are_alike_are_no_surface(
     assert_found(wheel, burrscan.inspect_mesh(*wheel.welded()), np.eye(4), within=0.02)
 
 
-def test_a_drawing_inside_out_or_with_a_stated_sigma_is_the_same_drawing() -> None:
+def test_a_drawing_inside_out_is_the_same_drawing() -> None:
     wheel, _ = paper(0.02)
     vertices, faces = wheel.welded()
     turned_inside_out = burrscan.inspect_mesh(vertices, faces[:, ::-1])
     assert_found(wheel, turned_inside_out, np.eye(4), within=0.1)
     assert {burr.side for burr in turned_inside_out.burrs} == {"protrusion"}
-    assert_found(wheel, burrscan.inspect_mesh(vertices, faces, sigma_mm=0.01), np.eye(4), within=0.1)
+
+
+@pytest.mark.study
+def test_a_drawing_with_a_stated_sigma_is_the_same_drawing() -> None:
+    wheel, _ = paper(0.02)
+    assert_found(wheel, burrscan.inspect_mesh(*wheel.welded(), sigma_mm=0.01), np.eye(4), within=0.1)
 
 
 def test_facets_too_coarse_for_the_burrs_are_said_to_be() -> None:

@@ -112,6 +112,7 @@ def test_copper_has_the_colour_of_its_constants() -> None:
     assert fresnel[0] > 1.4 * fresnel[2]
 
 
+@pytest.mark.study
 def test_the_bands_are_stock_mitsubas_colours(mi: Any) -> None:
     """Gold with interreflections, in Mitsuba's own rgb: every block of every band, z-tested at 99.9 %."""
     spec = RigSpec(scale=0.125)

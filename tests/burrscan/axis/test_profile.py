@@ -29,7 +29,7 @@ def _tilt_and_offset(axis: Axis, scan: RevolutionScan) -> Floats:
     ("arc_deg", "sigma_mm", "goal_deg"),
     [
         (140.0, 0.05, 0.0022),
-        (140.0, 0.2, 0.0085),
+        pytest.param(140.0, 0.2, 0.0085, marks=pytest.mark.study),
         pytest.param(140.0, 1.0, 0.045, marks=pytest.mark.study),
         pytest.param(60.0, 0.05, 0.011, marks=pytest.mark.study),
         (60.0, 0.2, 0.045),

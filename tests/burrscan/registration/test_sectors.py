@@ -43,7 +43,7 @@ def sectors(seed: int, turns: tuple[float, ...] = TURNS, **options: object) -> l
         pytest.param("pawn", 0.1, 0.05, True, 12.0, marks=pytest.mark.study),
         ("pawn", 0.1, 0.1, False, 20.0),
         pytest.param("pawn", 0.02, 0.1, True, 20.0, marks=pytest.mark.study),
-        ("wheel", 0.1, 0.3, False, 20.0),
+        pytest.param("wheel", 0.1, 0.3, False, 20.0, marks=pytest.mark.study),
         ("wheel", 0.02, 1.0, True, 20.0),
     ],
 )
@@ -75,7 +75,10 @@ def test_the_stated_covariance_of_dense_round_sectors_is_that_of_the_errors() ->
     assert abs(square.mean() - 1.0) < 4.5 * np.sqrt(2.0 / square.size)
 
 
-@pytest.mark.parametrize(("shape", "spacing_mm", "noise_mm"), [("pawn", 0.15, 0.1), ("wheel", 0.3, 0.02)])
+@pytest.mark.parametrize(
+    ("shape", "spacing_mm", "noise_mm"),
+    [("pawn", 0.15, 0.1), pytest.param("wheel", 0.3, 0.02, marks=pytest.mark.study)],
+)
 def test_a_round_part_names_the_turn_that_it_leaves_open(
     shape: str, spacing_mm: float, noise_mm: float
 ) -> None:
