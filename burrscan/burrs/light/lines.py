@@ -76,7 +76,7 @@ def lines(rest: Floats, strange: Bools, depth_z: Floats, open_cells: Bools, take
     labels, count = ndimage.label(line, np.ones((3, 3), bool))
     near = ndimage.binary_dilation(taken, np.ones((2 * _BESIDE + 1, 2 * _BESIDE + 1), bool))
     each = (labels == number for number in range(1, count + 1))
-    apart = (cells for cells in each if not (cells & near).any())
+    apart = (cells for cells in each if (cells & lit).any() and not (cells & near).any())
     thin = [cells for cells in apart if _is_thin(cells, rest) and abs(_drift(cells, rest)) <= _DRIFT]
     return np.asarray(np.logical_or.reduce([np.zeros(line.shape, bool), *thin]))
 

@@ -118,3 +118,15 @@ def test_a_long_scratch_is_followed_to_its_ends() -> None:
             rest[row, column] -= 0.9
             z[row, column] += 3.0
         assert not lines(rest, z, ALL, NONE).any()
+
+
+def test_what_no_light_tells_of_is_no_line() -> None:
+    """Beyond a gap that is hidden, a line's window reaches cells whose light is not known."""
+    for seed in range(5):
+        rest, z = world(seed)
+        seen = ALL.copy()
+        seen[76:78, 90:110] = False
+        rest[78:82, 90:110] = np.nan
+        found = lines(rest, z, seen, NONE)
+        assert found[60:70, 100].all()
+        assert not found[76:].any()
