@@ -128,7 +128,14 @@ class Cluster:
     def start_worker(self, *options: str, **environment: str) -> subprocess.Popen[bytes]:
         """Start one without a nanny; it joins when it is ready."""
         asked = ["worker", "--scheduler-file", str(self.file), "--host", "127.0.0.1", "--nthreads", "1"]
-        asked += ["--no-dashboard", "--local-directory", str(self.folder), "--death-timeout", "60"]
+        asked += [
+            "--no-dashboard",
+            "--no-nanny",
+            "--local-directory",
+            str(self.folder),
+            "--death-timeout",
+            "60",
+        ]
         worker = self._start(*asked, *options, **HELD | environment)
         self.workers.append(worker)
         return worker
@@ -144,7 +151,7 @@ class Cluster:
 
         def keep() -> None:
             while not ended.is_set():
-                self.start_worker("--no-nanny").wait()
+                self.start_worker().wait()
 
         keeper = threading.Thread(target=keep)
         keeper.start()
@@ -162,7 +169,7 @@ class Cluster:
             self.start_scheduler()
             self.stop(self.workers)
         if all(worker.poll() is not None for worker in self.workers):
-            self.start_worker("--no-nanny")
+            self.start_worker()
 
     def stop(self, processes: list[subprocess.Popen[bytes]]) -> None:
         """Kill them all, as `kill -9` does."""

@@ -72,7 +72,7 @@ def test_a_worker_is_killed_and_a_late_one_goes_on(
 
     def come() -> None:
         until(lambda: any("no worker is left" in line for line in said), "nobody is told to start one")
-        cluster.start_worker("--no-nanny")
+        cluster.start_worker()
 
     def kill(state: Progress) -> None:
         if state.done == 3 and not late:
@@ -180,7 +180,7 @@ def test_a_worker_with_another_mitsuba_is_refused_by_name(
     other.mkdir()
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: mitsuba\nVersion: 0.0.1\n")
     path = os.pathsep.join(map(str, (tmp_path, *cluster.path, *sys.path)))
-    odd = cluster.start_worker("--no-nanny", "--name", "stranger", PYTHONPATH=path)
+    odd = cluster.start_worker("--name", "stranger", PYTHONPATH=path)
     said: list[str] = []
     waited: list[Progress] = []
 
@@ -223,7 +223,7 @@ def test_a_worker_of_many_threads_has_one_case_at_a_time(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
     cluster.stop(list(cluster.workers))
-    cluster.start_worker("--no-nanny", "--nthreads", "3")
+    cluster.start_worker("--nthreads", "3")
     run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), examine_case=fakes.lonely)
     assert content(tmp_path / "r") == content(alone)
     together = {line.strip() for line in Path(fakes.MARKS / "together").read_text().splitlines()}
@@ -252,7 +252,7 @@ def test_a_late_worker_that_the_subscription_misses_is_met_all_the_same(
     monkeypatch.setattr(Sitting, "_hear", lambda *_: None)
     asked = Dask(str(cluster.file), small_suite(), resources={"AIR": 1.0}, say=lambda _: None)
     cluster.stop(list(cluster.workers))
-    cluster.start_worker("--no-nanny")
+    cluster.start_worker()
     with pytest.raises(InputError, match=r"every worker is refused.*AIR=1"):
         run_suite(small_suite(), tmp_path / "r", engine=asked, examine_case=fakes.good)
 

@@ -187,6 +187,11 @@ def rolls_deg(shots: list[tuple[Shot, Joint]]) -> Floats:
     return np.array(pulls)
 
 
+def test_a_turn_is_seen_where_there_are_bosses_and_nowhere_else() -> None:
+    assert solved(8, 0)[1].roll_seen.all()
+    assert not joint(shot(turns(4), 0, shape=SHAPE, bossed=False).views).roll_seen.any()
+
+
 @pytest.mark.study
 def test_bosses_tell_of_the_turn_and_a_round_part_does_not() -> None:
     bossed = found(8)
