@@ -28,6 +28,9 @@ _GROW = 2.5
 """A burr's cells reach out to where a box of 3 × 3 cells is this many sigma high."""
 _EXPLAINED = 0.5
 """A box is explained by a stronger one inside it, where it is weaker than this share of that."""
+_APART_CELLS, _APART_MM = 4, 3.0
+"""How far from what the small box shows by itself an anomaly reaches: gaps of twice that (nine cells, as the
+middle boxes are long, or 6 mm, as torn burrs have them) are within one burr, wider ones are between two."""
 _PRIOR_POSITIONS = 20.0
 """A row's own spread counts against that of the whole field as if that were so many positions."""
 
@@ -97,25 +100,58 @@ def regions(field: Field, *, false_calls_per_wheel: float) -> list[Region]:
         strong = sign * evidence.statistic > limit
         if strong.any():
             _explain(strong, sign * evidence.statistic, evidence.shape, np.array(BOXES))
-            found += _labelled(strong, evidence, sign, field)
+            found += _labelled(strong, evidence, sign, field, limit)
     return sorted(found, key=lambda region: -region.significance)
 
 
-def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field) -> list[Region]:
+def _between(plain: Bools, shape: Ints32, field: Field) -> Bools:
+    """Cells whose boxes hold what is plain in small boxes, far from any that is: between burrs of an edge.
+
+    A long box over the gap between two is as strong as one on half of a burr, and would join them. Along the
+    generatrix it does not: on the sides of the steps that a burr crosses nothing of it may be seen.
+    """
+    reach = max(_APART_CELLS, int(np.ceil(_APART_MM / field.step_mm)))
+    between = np.zeros_like(plain)
+    for number, (a, b) in enumerate(BOXES):
+        if b > a:
+            between |= (shape == number) & _widened(plain, a // 2, b // 2, closed=field.closed)
+    return between & ~_widened(plain, reach, reach, closed=field.closed)
+
+
+def _widened(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
+    """Cells within so many rows and columns of the given ones."""
+    across = ndimage.maximum_filter1d(
+        cells.view(np.uint8), 2 * columns + 1, axis=1, mode="wrap" if closed else "constant"
+    )
+    widened = ndimage.maximum_filter1d(across, 2 * rows + 1, axis=0, mode="constant")
+    return np.asarray(widened, np.bool_)
+
+
+def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field, limit: float) -> list[Region]:
+    plain = sign * evidence.small > limit
     grown = strong | (sign * evidence.small > _GROW)
-    labels: Ints32 = np.asarray(ndimage.label(grown, structure=np.ones((3, 3)))[0], dtype=np.int32)
-    if field.closed:
-        _sew(labels)
+    labels = _connected(grown, closed=field.closed)
+    parts = _connected(grown & ~_between(plain, evidence.shape, field), closed=field.closed)
     found = []
     statistic = sign * evidence.statistic
     for label in np.unique(labels[strong]):
-        cells = labels == label
-        if field.count[cells].sum() >= _LEAST_VERTICES:
-            peak = np.argmax(np.where(cells & strong, statistic, -np.inf))
-            box = BOXES[int(evidence.shape.flat[peak])]
-            noise = float(evidence.inflation.flat[peak])
-            found.append(Region(cells, sign, float(statistic.flat[peak]), noise, box))
+        whole = labels == label
+        apart = np.unique(parts[whole & strong & plain & (parts > 0)])
+        for cells in (parts == part for part in apart) if len(apart) > 1 else (whole,):
+            if field.count[cells].sum() >= _LEAST_VERTICES:
+                peak = np.argmax(np.where(cells & strong, statistic, -np.inf))
+                box = BOXES[int(evidence.shape.flat[peak])]
+                noise = float(evidence.inflation.flat[peak])
+                found.append(Region(cells, sign, float(statistic.flat[peak]), noise, box))
     return found
+
+
+def _connected(cells: Bools, *, closed: bool) -> Ints32:
+    """Number of the connected cells that each is one of, 0 outside; on a closed field across its seam too."""
+    labels: Ints32 = np.asarray(ndimage.label(cells, structure=np.ones((3, 3)))[0], dtype=np.int32)
+    if closed:
+        _sew(labels)
+    return labels
 
 
 def _sew(labels: Ints32) -> None:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
@@ -233,7 +232,7 @@ def _gridded(
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
         along, cell = _cells(line, foot, angle, arc, (step_mm, step_rad), shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
-    deviation = _flattened(deviation, along, step_mm, cell[:, 0], spread, even)
+    deviation = _flattened(deviation, along, (step_mm, step_rad), cell, spread, even)
     local = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
     sigma = np.maximum(local, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
@@ -350,31 +349,53 @@ def _evenly_spread(faces: Ints32, count: int) -> Bools:
 
 
 def _flattened(
-    deviation: Floats, along: Floats, step_mm: float, row: Ints32, spread: Floats, even: Bools
+    deviation: Floats, along: Floats, steps: tuple[float, float], cell: Ints32, spread: Floats, even: Bools
 ) -> Floats:
     """Deviations less the level of their parallel, which is finer than a row where there are many vertices.
 
     What is common to a parallel is the generatrix's error, not a burr: edges of the part are rounded off
     within less than a row.
     """
-    used = np.unique(row)
+    step_mm, step_rad = steps
+    used = np.unique(cell[:, 0])
     parts = int(np.clip(len(deviation) / (len(used) * _FINEST_ROW), 1, _MOST_PARTS))
     parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * len(spread) - 1)
     near = 3.0 * _CORE * float(np.median(spread[used]))
-    level = _levels(deviation[even], parallel[even], parts * len(spread), near)
+    sector = cell[even, 1] // max(round(_SECTOR / step_rad), 1)
+    level = _levels(deviation[even], parallel[even], sector, parts, parts * len(spread), near)
     return np.asarray(deviation - level[parallel])
 
 
-def _levels(values: Floats, parallel: Ints32, count: int, near: float) -> Floats:
-    """Level of every parallel: the median where most of its values are not near 0, else 0. O(N log N)."""
-    every = np.bincount(parallel, minlength=count)
-    off = np.bincount(parallel[np.abs(values) > near], minlength=count)
-    bad = (2 * off > every) & (every >= _FEWEST_LEVELLED)
+def _levels(values: Floats, parallel: Ints32, sector: Ints32, parts: int, count: int, near: float) -> Floats:
+    """Level of every parallel: the median where most of its arc is not near 0, else 0. O(N log N).
+
+    Every sector counts alike, and those that only the other ``parts`` of its row are seen in as near 0: a
+    burr on an edge has the vertices of all its flanks above one parallel, more than the rest of it has.
+    """
+    sectors = np.int64(sector.max(initial=0)) + 1
+    weight = 1.0 / _mates(parallel * sectors + sector)
+    seen = np.unique((parallel // parts) * sectors + sector) // sectors
+    every = np.repeat(np.bincount(seen, minlength=count // parts), parts)
+    far = np.abs(values) > near
+    off = np.bincount(parallel[far], weight[far], count)
+    bad = (2.0 * off > every) & (np.bincount(parallel, minlength=count) >= _FEWEST_LEVELLED)
     level = np.zeros(count)
-    if bad.any():
-        own = np.flatnonzero(bad[parallel])
-        level[bad] = ndimage.median(values[own], parallel[own], np.flatnonzero(bad))
+    own = np.flatnonzero(bad[parallel])
+    own = own[np.lexsort((values[own], parallel[own]))]
+    for each in np.split(own, np.flatnonzero(np.diff(parallel[own])) + 1) if len(own) else ():
+        level[parallel[each[0]]] = _weighted_median(values[each], weight[each])
     return level
+
+
+def _mates(place: Ints) -> Ints:
+    """(N,) how many are where each is, itself included."""
+    return np.asarray(np.bincount(place)[place] if len(place) else place)
+
+
+def _weighted_median(ordered: Floats, weight: Floats) -> float:
+    """Of ascending values, the one in the middle of the weights."""
+    below = np.cumsum(weight)
+    return float(ordered[np.searchsorted(below, 0.5 * below[-1])])
 
 
 def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Floats, Floats]:
