@@ -128,6 +128,7 @@ def _widened(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
 
 
 def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field, limit: float) -> list[Region]:
+    """Strong cells and what is high beside them, connected; in parts where a gap lies between these."""
     plain = sign * evidence.small > limit
     grown = strong | (sign * evidence.small > _GROW)
     labels = _connected(grown, closed=field.closed)
