@@ -114,17 +114,19 @@ def _between(plain: Bools, shape: Ints32, field: Field) -> Bools:
     between = np.zeros_like(plain)
     for number, (a, b) in enumerate(BOXES):
         if b > a:
-            between |= (shape == number) & _widened(plain, a // 2, b // 2, closed=field.closed)
-    return between & ~_widened(plain, reach, reach, closed=field.closed)
+            between |= (shape == number) & widened(plain, a // 2, b // 2, closed=field.closed)
+    return between & ~widened(plain, reach, reach, closed=field.closed)
 
 
-def _widened(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
-    """Cells within so many rows and columns of the given ones."""
-    across = ndimage.maximum_filter1d(
-        cells.view(np.uint8), 2 * columns + 1, axis=1, mode="wrap" if closed else "constant"
-    )
-    widened = ndimage.maximum_filter1d(across, 2 * rows + 1, axis=0, mode="constant")
-    return np.asarray(widened, np.bool_)
+def widened(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
+    """Cells within so many rows and columns of the given ones. O(cells in the rows that are reached)."""
+    grown, used = np.zeros_like(cells), np.flatnonzero(np.logical_or.reduce(cells, axis=1))
+    if len(used):
+        near = slice(max(int(used[0]) - rows, 0), int(used[-1]) + rows + 1)
+        part, size = cells[near].astype(np.uint8), 2 * columns + 1
+        across = ndimage.maximum_filter1d(part, size, axis=1, mode="wrap" if closed else "constant")
+        grown[near] = ndimage.maximum_filter1d(across, 2 * rows + 1, axis=0, mode="constant") > 0
+    return grown
 
 
 def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field, limit: float) -> list[Region]:

@@ -232,8 +232,9 @@ def _gridded(
         step_mm, step_rad, shape = _steps(line, arc, round(len(angle) / filled))
         along, cell = _cells(line, foot, angle, arc, (step_mm, step_rad), shape)
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
-    deviation = _flattened(deviation, along, (step_mm, step_rad), cell, spread, even)
-    local = _local_noise(deviation, cell, spread, shape, max(round(_SECTOR / step_rad), 1))
+    sector = cell[:, 1] // max(round(_SECTOR / step_rad), 1)
+    deviation = _flattened(deviation, along, step_mm, cell[:, 0], sector, spread, even)
+    local = _local_noise(deviation, cell[:, 0], sector, spread)
     sigma = np.maximum(local, calibrated(stated, deviation))
     doubtful = ~(counts & _mostly(counts, cell, shape[0]))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
@@ -349,20 +350,24 @@ def _evenly_spread(faces: Ints32, count: int) -> Bools:
 
 
 def _flattened(
-    deviation: Floats, along: Floats, steps: tuple[float, float], cell: Ints32, spread: Floats, even: Bools
+    deviation: Floats,
+    along: Floats,
+    step_mm: float,
+    row: Ints32,
+    sector: Ints32,
+    spread: Floats,
+    even: Bools,
 ) -> Floats:
     """Deviations less the level of their parallel, which is finer than a row where there are many vertices.
 
     What is common to a parallel is the generatrix's error, not a burr: edges of the part are rounded off
     within less than a row.
     """
-    step_mm, step_rad = steps
-    used = np.unique(cell[:, 0])
+    used = np.unique(row)
     parts = int(np.clip(len(deviation) / (len(used) * _FINEST_ROW), 1, _MOST_PARTS))
     parallel = np.minimum((along * (parts / step_mm)).astype(np.int32), parts * len(spread) - 1)
     near = 3.0 * _CORE * float(np.median(spread[used]))
-    sector = cell[even, 1] // max(round(_SECTOR / step_rad), 1)
-    level = _levels(deviation[even], parallel[even], sector, parts, parts * len(spread), near)
+    level = _levels(deviation[even], parallel[even], sector[even], parts, parts * len(spread), near)
     return np.asarray(deviation - level[parallel])
 
 
@@ -381,21 +386,15 @@ def _levels(values: Floats, parallel: Ints32, sector: Ints32, parts: int, count:
     bad = (2.0 * off > every) & (np.bincount(parallel, minlength=count) >= _FEWEST_LEVELLED)
     level = np.zeros(count)
     own = np.flatnonzero(bad[parallel])
-    own = own[np.lexsort((values[own], parallel[own]))]
+    own = own[np.argsort(parallel[own], kind="stable")]
     for each in np.split(own, np.flatnonzero(np.diff(parallel[own])) + 1) if len(own) else ():
-        level[parallel[each[0]]] = _weighted_median(values[each], weight[each])
+        level[parallel[each[0]]] = np.quantile(values[each], 0.5, method="inverted_cdf", weights=weight[each])
     return level
 
 
 def _mates(place: Ints) -> Ints:
     """(N,) how many are where each is, itself included."""
     return np.asarray(np.bincount(place)[place] if len(place) else place)
-
-
-def _weighted_median(ordered: Floats, weight: Floats) -> float:
-    """Of ascending values, the one in the middle of the weights."""
-    below = np.cumsum(weight)
-    return float(ordered[np.searchsorted(below, 0.5 * below[-1])])
 
 
 def core_of(values: Floats, cell: Ints32, rows: int, overall: float) -> tuple[Floats, Floats]:
@@ -438,18 +437,15 @@ def _motion_equations(
     return matrix, weighted @ x - (share * sums[:4]) @ sums[4]
 
 
-def _local_noise(
-    deviation: Floats, cell: Ints32, spread: Floats, shape: tuple[int, int], wide: int
-) -> Floats:
+def _local_noise(deviation: Floats, row: Ints32, sector: Ints32, spread: Floats) -> Floats:
     """(N,) standard deviation: of the row, times what the angular sector has more or less. O(N)."""
-    sector = cell[:, 1] // wide
-    z = deviation / spread[cell[:, 0]]
+    z = deviation / spread[row]
     core = np.abs(z) < 2.0 * _CORE
-    count, square = (np.bincount(sector[core], power, shape[1] // wide + 1) for power in (None, z[core] ** 2))
+    count, square = (np.bincount(sector[core], power, sector.max() + 1) for power in (None, z[core] ** 2))
     ratio = np.ones(len(count))
     known = count > 50.0
     ratio[known] = np.clip(np.sqrt(square[known] / count[known]), 0.5, 3.0)
-    return np.asarray(spread[cell[:, 0]] * ratio[sector])
+    return np.asarray(spread[row] * ratio[sector])
 
 
 def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.detect import Region
+from burrscan.burrs.detect import Region, widened
 from burrscan.burrs.field import Field
 
 _RANK = 0.9
@@ -48,7 +48,7 @@ def convincing(field: Field, regions: list[Region]) -> list[Region]:
     chosen = []
     for number in sorted(range(len(regions)), key=peaks.__getitem__, reverse=True):
         if stands_out(field, regions[number], peaks[number], without=taken):
-            taken |= _thick(regions[number].cells, _GUARD, field.closed)
+            taken |= widened(regions[number].cells, _GUARD, _GUARD, closed=field.closed)
             chosen.append(number)
     return [regions[number] for number in sorted(chosen)]
 
@@ -111,7 +111,7 @@ def _row_strengths(level: Floats, mask: Bools) -> Floats:
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
     """Cells around the region, and cells of its rows all the way round, both without the region's own."""
     rows: Bools = np.logical_or.reduce(region.cells, axis=1)
-    own = _thick(region.cells, _GUARD, field.closed)
+    own = widened(region.cells, _GUARD, _GUARD, closed=field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
     beside = np.broadcast_to(rows[:, None], own.shape)
     return around & ~own, beside & ~own
@@ -121,26 +121,15 @@ def boxed(cells: Bools, rows: int, columns: int, *, closed: bool) -> Bools:
     """The box around some cells, grown by so many rows and columns to every side."""
     used_rows: Bools = np.logical_or.reduce(cells, axis=1)
     used_columns: Bools = np.logical_or.reduce(cells, axis=0)
-    return widened(used_rows, rows, wrap=False)[:, None] & widened(used_columns, columns, wrap=closed)
+    return _stretched(used_rows, rows, wrap=False)[:, None] & _stretched(used_columns, columns, wrap=closed)
 
 
-def widened(used: Bools, by: int, *, wrap: bool) -> Bools:
+def _stretched(used: Bools, by: int, *, wrap: bool) -> Bools:
     """A mask grown by ``by`` to both sides."""
     by = min(by, len(used) - 1)
     padded = np.pad(used, by, mode="wrap" if wrap else "constant")
     total = np.concatenate([[0], np.cumsum(padded)])
     grown: Bools = total[2 * by + 1 :] > total[: -2 * by - 1]
-    return grown
-
-
-def _thick(cells: Bools, by: int, closed: bool) -> Bools:  # noqa: FBT001
-    """Cells within ``by`` of the given ones, in rows and columns."""
-    grown, rows = np.zeros_like(cells), np.flatnonzero(np.logical_or.reduce(cells, axis=1))
-    if len(rows):
-        near = slice(max(int(rows[0]) - by, 0), int(rows[-1]) + by + 1)
-        size, part = 2 * by + 1, cells[near].astype(np.uint8)
-        across = ndimage.maximum_filter1d(part, size, axis=1, mode="wrap" if closed else "constant")
-        grown[near] = ndimage.maximum_filter1d(across, size, axis=0, mode="constant").astype(np.bool_)
     return grown
 
 
@@ -178,7 +167,7 @@ def without_satellites(field: Field, regions: list[Region], certain: list[float]
     there the shadow has less than half of the evidence. O(cells) for each, and its own cells for each pair.
     """
     reach = max(int(np.ceil(_HALO_MM / field.step_mm)), _GUARD)
-    around = [_thick(region.cells, reach, field.closed).ravel() for region in regions]
+    around = [widened(region.cells, reach, reach, closed=field.closed).ravel() for region in regions]
     own = [np.flatnonzero(region.cells) for region in regions]
     peak = [peak_mm(field, region) for region in regions]
     evidence = [sure * float(np.sqrt(len(cells))) for sure, cells in zip(certain, own, strict=True)]
