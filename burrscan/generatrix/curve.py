@@ -15,8 +15,9 @@ from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import smooth_tangents, step
 from burrscan.generatrix.tracing.cells import Cells, Looks, Scale, cells_of, scale_of, trusted
 from burrscan.generatrix.tracing.ends import extended, trimmed
+from burrscan.generatrix.tracing.meets import met
 from burrscan.generatrix.tracing.outside import looks_of, oriented
-from burrscan.generatrix.tracing.trace import trace
+from burrscan.generatrix.tracing.trace import REACH, trace
 from burrscan.inspection import Axis, Generatrix
 
 _MEDIAN_STEPS = 5
@@ -73,6 +74,7 @@ def fit_generatrix(
             "revolution, and was its axis found?"
         )
     rough = _rough(pieces, cells_of(data, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
+    rough = met(rough, spacing_mm=scale.node_mm, reach_mm=REACH * side)
     turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
     stated = _stated(sigma_mm)
     fit, foot = exact(join(turned), data, scale, stated_mm=stated)

@@ -18,7 +18,7 @@ def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, fl
 
     The burr is cut into stretches of at least ``least_mm``, each with a height of its own. Where these differ
     by no more than noise would make them (Cochran's Q, 1 %) the common height is the answer, else that of the
-    higher ones: see :func:`_largest`.
+    higher ones: see :func:`largest`.
     """
     sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
@@ -28,7 +28,7 @@ def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, fl
     part = between(patch, (ridge.start_mm, ridge.end_mm))
     stretch = np.minimum((part.u_mm - ridge.start_mm) / length * count, count - 1).astype(np.int64)
     share, weight, misfit = _relative_heights(part, ridge, stretch, count)
-    gain, gain_sigma = _largest(share, weight / max(1.0, misfit))
+    gain, gain_sigma = largest(share, weight / max(1.0, misfit))
     return ridge.height_mm * gain, float(np.hypot(sigma * gain, ridge.height_mm * gain_sigma))
 
 
@@ -48,7 +48,7 @@ def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> 
     return share, weight, float(huber(left).sum()) / max(len(left) - count, 1)
 
 
-def _largest(share: Floats, weight: Floats) -> tuple[float, float]:
+def largest(share: Floats, weight: Floats) -> tuple[float, float]:
     """Largest of several heights, relative to the common one, and its sigma; (1, 0) where all are alike.
 
     Where the higher ones, at least half of them, are alike, it is their mean: the lower ones lie at corners

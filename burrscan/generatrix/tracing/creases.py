@@ -11,11 +11,11 @@ from burrscan.generatrix.polyline import Foot, Polyline, join
 from burrscan.generatrix.profile import Profile
 from burrscan.generatrix.tracing.cells import ARC_BINS, Scale
 
-_SIDE = 3
+SIDE = 3
 """Nodes of each side that its line is fitted to; the node next to the crease is left out."""
-_LEAST_TURN = np.radians(20.0)
+LEAST_TURN = np.radians(20.0)
 """Rad. Two lines that meet at less than that cross so flatly that noise moves their crossing along them."""
-_STRAIGHT = 0.2
+STRAIGHT = 0.2
 """Largest deviation of a side's nodes from their line, in node spacings: more tells of no crossing."""
 _FARTHEST = 1.2
 """Of a crease from the node that stands for it, in node spacings: farther away another node would."""
@@ -51,16 +51,16 @@ def sharpened(line: Polyline, creases: Mapping[int, Floats]) -> tuple[Polyline, 
 def moved(creases: Mapping[int, Floats], fitted: Polyline, nodes: Ints) -> dict[int, Floats]:
     """The creases where the sides of a line meet that was fitted with them: no nodes beside them lean."""
     spacing = float(np.median(fitted.lengths_mm))
-    beside = np.arange(1, _SIDE + 1)
+    beside = np.arange(1, SIDE + 1)
     reach = beside[-1]
     places = dict(creases)
     for k, node in zip(creases, nodes.tolist(), strict=True):
         if not reach <= node < len(fitted.nodes_mm) - reach:
             continue
         windows = node + np.stack([-beside[::-1], beside])
-        place, tangent, bend = _lines(fitted.nodes_mm, windows)
-        meeting = _meeting(place[:1], tangent[:1], place[1:], tangent[1:])[0]
-        if bend.max() < _STRAIGHT * spacing and np.linalg.norm(meeting - creases[k]) < _FARTHEST * spacing:
+        place, tangent, bend = side_lines(fitted.nodes_mm, windows)
+        meeting = crossing(place[:1], tangent[:1], place[1:], tangent[1:])[0]
+        if bend.max() < STRAIGHT * spacing and np.linalg.norm(meeting - creases[k]) < _FARTHEST * spacing:
             places[k] = meeting
     return places
 
@@ -89,9 +89,9 @@ def borne_out(
     by_z = np.argsort(data.z_mm)
     kept = {}
     for k, at in sharp[0][0].items():
-        ends = np.searchsorted(data.z_mm, [at[0] - _SIDE * spacing, at[0] + _SIDE * spacing], sorter=by_z)
+        ends = np.searchsorted(data.z_mm, [at[0] - SIDE * spacing, at[0] + SIDE * spacing], sorter=by_z)
         band = np.sort(by_z[slice(*ends)])
-        near = band[np.hypot(data.z_mm[band] - at[0], data.r_mm[band] - at[1]) < _SIDE * spacing]
+        near = band[np.hypot(data.z_mm[band] - at[0], data.r_mm[band] - at[1]) < SIDE * spacing]
         off, place = min(
             ((_off_mm(*fitted, near, turn, spacing), places[k]) for places, fitted in sharp),
             key=lambda one: one[0],
@@ -129,27 +129,27 @@ def _means(values: Floats, group: Ints) -> Floats:
 
 def _corners(piece: Floats) -> dict[int, Floats]:
     """Node number to intersection, strongest turns first, none within reach of another."""
-    reach = _SIDE + 1
+    reach = SIDE + 1
     if len(piece) < 2 * reach + 1:
         return {}
     spacing = float(np.median(np.linalg.norm(np.diff(piece, axis=0), axis=1)))
     middle = np.arange(reach, len(piece) - reach)
     before, after = middle[:, None] + np.arange(-reach, -1), middle[:, None] + np.arange(2, reach + 1)
-    centre_a, tangent_a, bend_a = _lines(piece, before)
-    centre_b, tangent_b, bend_b = _lines(piece, after)
+    centre_a, tangent_a, bend_a = side_lines(piece, before)
+    centre_b, tangent_b, bend_b = side_lines(piece, after)
     cross = tangent_a[:, 0] * tangent_b[:, 1] - tangent_a[:, 1] * tangent_b[:, 0]
     turn = np.abs(np.arctan2(cross, (tangent_a * tangent_b).sum(axis=1)))
-    meeting = _meeting(centre_a, tangent_a, centre_b, tangent_b)
+    meeting = crossing(centre_a, tangent_a, centre_b, tangent_b)
     offset = np.linalg.norm(meeting - piece[middle], axis=1)
     good = (
-        (turn > _LEAST_TURN)
-        & (np.maximum(bend_a, bend_b) < _STRAIGHT * spacing)
+        (turn > LEAST_TURN)
+        & (np.maximum(bend_a, bend_b) < STRAIGHT * spacing)
         & (offset < _FARTHEST * spacing)
     )
     return _strongest(middle[good], turn[good] - 0.5 * offset[good] / spacing, meeting[good])
 
 
-def _meeting(place_a: Floats, tangent_a: Floats, place_b: Floats, tangent_b: Floats) -> Floats:
+def crossing(place_a: Floats, tangent_a: Floats, place_b: Floats, tangent_b: Floats) -> Floats:
     """(N, 2) where pairs of lines through places meet, infinite where they do not."""
     gap = place_b - place_a
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -166,7 +166,7 @@ def _strongest(nodes: Ints, strength: Floats, meeting: Floats) -> dict[int, Floa
     return corners
 
 
-def _lines(piece: Floats, windows: Ints) -> tuple[Floats, Floats, Floats]:
+def side_lines(piece: Floats, windows: Ints) -> tuple[Floats, Floats, Floats]:
     """Centre, direction (along the piece) and largest deviation of the lines through windows of nodes."""
     points = piece[windows]
     centre = points.mean(axis=1)

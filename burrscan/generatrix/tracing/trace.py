@@ -8,7 +8,7 @@ from numba import njit
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.generatrix.tracing.cells import Cells, opposed
 
-_REACH = 2.3
+REACH = 2.3
 """A step of the walk, cells at most: longer than an edge left unsampled, shorter than a gap worth keeping."""
 _LATERAL = 0.8
 """Cells this near (in cells) to the path are the same piece of surface."""
@@ -42,7 +42,7 @@ def _length(points: Floats) -> float:
 def _closed(points: Floats, side: float) -> Floats:
     """Join the ends where the walk came back to its start."""
     long = _length(points) > 8.0 * side
-    if long and np.linalg.norm(points[0] - points[-1]) < _REACH * side:
+    if long and np.linalg.norm(points[0] - points[-1]) < REACH * side:
         return np.concatenate([points, points[:1]])
     return points
 
@@ -124,7 +124,7 @@ def _next(
             dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
             length = np.sqrt(dz * dz + dr * dr) + 1e-300
             cosine = (dz * z + dr * r) / length
-            if length > _REACH * side or cosine < -0.2 or opposed(facing, i, j):
+            if length > REACH * side or cosine < -0.2 or opposed(facing, i, j):
                 continue
             cost = length * (1.0 + 1.5 * (1.0 - cosine))
             if cost < least:

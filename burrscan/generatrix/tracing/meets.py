@@ -1,0 +1,95 @@
+"""Ends of two pieces that run towards one corner: what stands on an edge may part the cells on either side."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from burrscan.arrays import Floats
+from burrscan.generatrix.tracing.creases import LEAST_TURN, SIDE, STRAIGHT, crossing, side_lines
+
+_LEAST_COSINE = -0.2
+"""Of the turn from one side of a corner into the other: up to 100 degrees, as the walk makes."""
+_NODES = SIDE + 1
+"""Of an end that tell where it runs to: the last, which may have followed a burr, is left out."""
+
+
+class _End(NamedTuple):
+    """A piece's nodes towards one of its ends, and the line that it runs out along."""
+
+    piece: int
+    nodes: Floats
+    centre: Floats
+    tangent: Floats
+
+
+class _Corner(NamedTuple):
+    """Two ends, where their lines meet, and how far from the ends at most, mm."""
+
+    one: _End
+    other: _End
+    at: Floats
+    far_mm: float
+
+
+def met(pieces: list[Floats], *, spacing_mm: float, reach_mm: float) -> list[Floats]:
+    """The pieces, those made one whose straight ends meet within reach, the nearest first. O(pieces³).
+
+    Along an edge with burrs the cells run on into these. A walk from the one side follows them and leaves
+    none for a walk from the other.
+
+    Parameters
+    ----------
+    pieces
+        (K, 2) points (z, r) each; a closed one ends where it began.
+    spacing_mm
+        Between nodes.
+    reach_mm
+        From either end to the corner at most, and from either beyond it.
+
+    """
+    pieces = list(pieces)
+    while True:
+        ends = [end for i in range(len(pieces)) for end in _ends(pieces[i], i, spacing_mm)]
+        corners = [_corner(one, other) for one, other in combinations(ends, 2)]
+        near = [corner for corner in corners if corner is not None and corner.far_mm < reach_mm]
+        if not near:
+            return pieces
+        best = min(near, key=lambda corner: corner.far_mm)
+        joined = _joined(best)
+        gone = {best.one.piece, best.other.piece}
+        pieces = [piece for i, piece in enumerate(pieces) if i not in gone] + [joined]
+
+
+def _ends(piece: Floats, number: int, spacing: float) -> list[_End]:
+    """Both ends of an open piece, as far as they are straight."""
+    if len(piece) < 2 * _NODES or np.array_equal(piece[0], piece[-1]):
+        return []
+    found = []
+    for nodes in (piece, piece[::-1]):
+        centre, tangent, bend = side_lines(nodes, np.arange(len(nodes) - _NODES, len(nodes) - 1)[None])
+        if bend[0] < STRAIGHT * spacing:
+            found.append(_End(number, nodes, centre[0], tangent[0]))
+    return found
+
+
+def _corner(one: _End, other: _End) -> _Corner | None:
+    """Where two ends meet, if they turn as the sides of a corner do."""
+    if one.piece == other.piece:
+        return None
+    cosine = -float(one.tangent @ other.tangent)
+    if not _LEAST_COSINE < cosine < np.cos(LEAST_TURN):
+        return None
+    at = crossing(one.centre[None], one.tangent[None], other.centre[None], other.tangent[None])[0]
+    far = max(float(np.linalg.norm(at - end.nodes[-1])) for end in (one, other))
+    return _Corner(one, other, at, far)
+
+
+def _joined(corner: _Corner) -> Floats:
+    """One piece of two, by way of their corner, without the nodes that ran beyond it."""
+    one, other = (
+        end.nodes[(end.nodes - corner.at) @ end.tangent < 0.0] for end in (corner.one, corner.other)
+    )
+    return np.concatenate([one, corner.at[None], other[::-1]])
