@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.along import height_of
@@ -178,29 +179,6 @@ def _cornered(field: Field, site: Site, high: float) -> Bools:
     return cornered if few else np.zeros_like(cornered)
 
 
-def _on_edge(field: Field, site: Site, direction: Floats) -> bool:
-    """Whether an anomaly stands on an edge of the part and runs along it."""
-    if site.sign < 0 or abs(direction[0]) < abs(direction[1]):
-        return False
-    high = float(np.quantile((field.deviation_mm[site.chosen])[site.on], 0.9))
-    before, after = _normals_beside(field, site, high)
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    turned = (before * after).sum(axis=1) < _CORNER
-    edged = turned & (cross < 0.0) & site.on
-    return bool(np.count_nonzero(edged) >= _MOST_CORNERED * np.count_nonzero(site.on))
-
-
-def _normals_beside(field: Field, site: Site, reach_mm: float) -> tuple[Floats, Floats]:
-    """(M, 2) normals before and after each vertex, as far away along the curve as said."""
-    along, normal = field.along_mm[site.chosen], field.normal[site.chosen]
-    order = np.argsort(along, kind="stable")
-    before, after = (
-        normal[order[np.minimum(np.searchsorted(along[order], along + reach), len(order) - 1)]]
-        for reach in (-reach_mm, reach_mm)
-    )
-    return before, after
-
-
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
     """Unit vector (around, along) of the region's longer side; along the curve where it has none."""
     xx, yy, xy = (float((weight * product).sum() / weight.sum()) for product in (x * x, y * y, x * y))
@@ -241,7 +219,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> 
 def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame) -> Value:
     """Largest height along the burr."""
     patch, least = frame.patch, _STRETCH * field.spacing_mm
-    if _on_edge(field, site, frame.direction):
+    if on_edge(field, site.chosen[site.on], site.sign):
         on = Patch(*(one[site.on] for one in (patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm)))
         extent = ridge.start_mm, ridge.end_mm
         crest = crest_of(on, extent, least_mm=least)

@@ -117,6 +117,13 @@ class Field:
         return np.ravel_multi_index((self.cell[:, 0], self.cell[:, 1]), self.count.shape)
 
     @cached_property
+    def row_normal(self) -> Floats:
+        """(rows, 2) mean outward normal (z, r) of each row's vertices, zero where it has none."""
+        row, rows = self.cell[:, 0], len(self.count)
+        sums = [np.bincount(row, one, rows) for one in self.normal.T]
+        return np.stack(sums, axis=1) / np.maximum(np.bincount(row, minlength=rows), 1)[:, None]
+
+    @cached_property
     def _by_row(self) -> tuple[Ints, Ints]:
         """(N,) vertices ordered by their row, and (rows + 1,) where in it each row begins."""
         order = np.argsort(self.cell[:, 0], kind="stable")

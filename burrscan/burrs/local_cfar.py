@@ -25,6 +25,8 @@ _LEAST_CONTRAST = 2.5
 """Least ratio of an anomaly's crest (this quantile of it) to the strength of its surroundings."""
 _ROWS, _COLUMNS = 8, 40
 """How far the surroundings reach, in cells."""
+_ONE_FACE = np.cos(np.radians(60.0))
+"""Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
 _WHOLE = 0.5
@@ -109,10 +111,14 @@ def _row_strengths(level: Floats, mask: Bools) -> Floats:
 
 
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
-    """Cells around the region, and cells of its rows all the way round, both without the region's own."""
+    """Cells around the region, and cells of its rows all the way round, both without the region's own.
+
+    Around it is only what looks its way: past an edge another face is lit, and errs, as it pleases.
+    """
     rows: Bools = np.logical_or.reduce(region.cells, axis=1)
     own = widened(region.cells, _GUARD, _GUARD, closed=field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
+    around &= (field.row_normal @ field.row_normal[rows].sum(axis=0) > _ONE_FACE * rows.sum())[:, None]
     beside = np.broadcast_to(rows[:, None], own.shape)
     return around & ~own, beside & ~own
 

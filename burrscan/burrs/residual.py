@@ -11,9 +11,10 @@ from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs.bodies import TALLEST_MM
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
+from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.height import judged, with_height
-from burrscan.burrs.light.call import belongs, called, doubted
+from burrscan.burrs.light.call import around, belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.shine import mirrored_share, walls_share
@@ -22,6 +23,8 @@ from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.openings import MOST_OPEN, Openings
+from burrscan.burrs.past_end import past_end
+from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
 
@@ -32,6 +35,8 @@ _HALO, _CREST = 0.2, 0.95
 _CLEARLY = 0.5
 """Share of the larger evidence from which a side's smaller one leaves the side open: flanks that mirror show
 both."""
+_EDGE_SPACINGS = 4.0
+"""So many vertex spacings beside an edge no surface is faced either: cells and fillets are as wide."""
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
 
@@ -101,6 +106,7 @@ def burrs_residual(
         )
         share = mirrored_share(looks, surface)
         certain = [one._replace(burr=_less_sure(one.burr, share=share)) for one in certain]
+        places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
         certain, dark = _told_by_light(certain, places, surface)
         seen = [called(place, surface, axis) for place in dark]
         if not several_views:
@@ -109,6 +115,7 @@ def burrs_residual(
             seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen]
+    burrs += past_end(vertices_mm, axis, polyline_of(generatrix), field, tallest_mm=tallest_mm)
     if sight is not None:
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
@@ -136,12 +143,14 @@ def _certain(
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
-        if openings and openings.beside(region) > MOST_OPEN:
+        if openings and openings.beside(region) > MOST_OPEN and not on_edge(field, crest, region.sign):
             continue
         burr = describe(field, site, axis)
         if burr is None:
             continue
-        shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, axis)))
+        near_edge = on_edge(field, crest, region.sign, within_mm=_EDGE_SPACINGS * field.spacing_mm)
+        along = 1.0 if near_edge else _share_along(burr, axis)
+        shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
             sure = _less_sure(burr, share=shared_mm / burr.height_mm.value)
@@ -228,16 +237,17 @@ def _inside(field: Field, site: Site) -> Ints:
     return every[~field.border[every]]
 
 
-def _looks(field: Field, crest: Ints, burr: Burr, axis: Axis) -> float:
+def _looks(field: Field, crest: Ints, burr: Burr, *, along: float) -> float:
     """How many independent values shared errors have on a burr: they are as wide as they are long.
 
     Up a burr there are as many as it is longer than wide, as far as its crest is seen. Along a parallel there
-    is one, for light bounces between surfaces that run along parallels.
+    is one, for light bounces between surfaces that run along parallels; but at a convex edge no surface faces
+    another. ``along`` is the cosine between the burr and the direction in which there are several.
     """
     width: float = max(burr.width_mm.value, 2.0 * field.spacing_mm)
     stretches = [np.floor(place / width) for place in (field.along_mm[crest], field.arc_mm(crest))]
     seen = max(len(set(each.tolist())) for each in stretches)
-    return max(min(burr.length_mm.value / width, seen) * _share_along(burr, axis), 1.0)
+    return max(min(burr.length_mm.value / width, seen) * along, 1.0)
 
 
 def _share_along(burr: Burr, axis: Axis) -> float:

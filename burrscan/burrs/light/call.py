@@ -25,6 +25,10 @@ _HIDDEN = 0.1
 _SEEN_SIGMA = 0.3
 """Error of a height that a place's depths show, as a share of it: cells take a crest for what is beside it.
 Of 21 rendered burrs below 0.5 mm that the light alone called, the depths err by that much."""
+_AROUND = np.cos(np.radians(45.0))
+"""Cosine to the parallel from which a burr runs more around the wheel than along it."""
+_MOSTLY = 0.5
+"""Share of a place's cells: with more of them on a burr it is that burr's."""
 _REACH_CELLS = 2.0
 """A call belongs to a place that it overlaps, or nearly."""
 
@@ -39,6 +43,25 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
     turn = np.angle(np.exp(1j * (surface.angle[columns] - np.radians(burr.angle_deg.value))))
     half = 0.5 * burr.width_mm.value if np.isfinite(burr.width_mm.value) else 0.0
     return bool(np.abs(turn).min() * r <= reach + half)
+
+
+def around(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> bool:
+    """Whether a disturbed place is part of a burr that runs around the wheel.
+
+    The light is asked for what runs along the wheel: of a burr along an edge it shows the ends, and of these
+    neither side nor height follow.
+    """
+    middle, along = burr.T_mesh_burr[:3, 3], burr.T_mesh_burr[:3, 0]
+    tangent = np.cross(axis.direction, middle - axis.point_mm)
+    share = abs(float(along @ tangent)) / max(float(np.linalg.norm(tangent)), 1e-300)
+    if share < _AROUND:
+        return False
+    rows, columns = np.nonzero(place.cells)
+    reach, z, r = _REACH_CELLS * surface.step_mm, surface.z_mm[rows], surface.r_mm[rows]
+    turn = np.angle(np.exp(1j * (surface.angle[columns] - np.radians(burr.angle_deg.value))))
+    inside = np.abs(turn) * r <= 0.5 * burr.length_mm.value + reach
+    inside &= (z >= burr.z_start_mm.value - reach) & (z <= burr.z_end_mm.value + reach)
+    return bool(np.count_nonzero(inside) > _MOSTLY * len(rows))
 
 
 def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:

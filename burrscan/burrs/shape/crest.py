@@ -1,7 +1,7 @@
 """How high a burr on an edge is: as high as its vertices reach.
 
-Beyond an edge all vertices have the edge as their nearest place. On the unrolled surface a burr's flank there is
-a wall without width, of which a ridge would take the middle. But one sees a flank up to the crest.
+Beyond an edge all vertices have the edge as their nearest place. On the unrolled surface a burr's flank there
+is a wall without width, of which a ridge would take the middle. But one sees a flank up to the crest.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Ends of two pieces that run towards one corner: what stands on an edge may part the cells on either side."""
+"""Ends of two pieces that run towards one corner: what stands on an edge may part the cells beside it."""
 
 from __future__ import annotations
 

@@ -1,0 +1,161 @@
+"""Burrs that go on where the surface ends: on an edge beyond which no surface is seen.
+
+A view from aside shows a cylinder and not its end face. A burr that stands on the edge along the axis then has
+no surface to stand off from: it is more of the cylinder. But around the wheel the surface ends in a straight
+line, and there it does not.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats, Ints
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.field import Field
+from burrscan.burrs.pose import pose_on_surface
+from burrscan.generatrix.polyline import Polyline
+from burrscan.inspection import Axis, Burr, Value
+from burrscan.pose import placed
+from burrscan.robust import SIGMA_PER_MEDIAN
+
+_STRAIGHT = 0.7
+"""Share of the columns that end within a vertex spacing of the median: a straight edge. Where less do, what is
+seen ends in a shadow, at the horizon or in a tread."""
+_FEWEST = 12
+"""Columns by which a straight edge is told: of fewer seven in ten may be alike by chance."""
+_BEYOND = 2.5
+"""Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
+_SIGMAS = 6.0
+"""And so many times the scatter of the ends."""
+_LEAST_COLUMNS = 3
+"""A burr is so many columns wide; single vertices fly."""
+_GAP = 1
+"""Columns without a vertex that may lie within a burr."""
+_MOST = 0.3
+"""Share of the columns that may run on: with more the edge is elsewhere."""
+_SLOPE = 1.0
+"""How far, over how far it runs on, a burr may lean off the surface: 45 degrees."""
+
+
+class _End(NamedTuple):
+    """An open end of the curve: its place, the direction in which it would go on, and the outward normal."""
+
+    place: Floats
+    ahead: Floats
+    normal: Floats
+
+
+def past_end(
+    vertices_mm: Floats, axis: Axis, line: Polyline, field: Field, *, tallest_mm: float
+) -> list[Burr]:
+    """Burrs beyond the open ends of the curve. O(V) for each end.
+
+    Parameters
+    ----------
+    vertices_mm
+        (V, 3) mesh.
+    axis, line
+        The ideal surface.
+    field
+        Its residual field, whose vertex spacing and columns are used.
+    tallest_mm
+        What runs on further is no burr.
+
+    """
+    part = placed(T_part_mesh(axis.point_mm, axis.direction), vertices_mm)
+    part = part[np.isfinite(part).all(axis=1)]
+    z, r, angle = part[:, 2], np.hypot(part[:, 0], part[:, 1]), np.arctan2(part[:, 1], part[:, 0])
+    found = []
+    for end in _ends(line):
+        away = np.stack([z, r], axis=1) - end.place
+        ahead, off = away @ end.ahead, away @ end.normal
+        near = (ahead > -_BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
+        near &= np.abs(off) < field.spacing_mm + _SLOPE * np.maximum(ahead, 0.0)
+        found += _beyond(end, ahead[near], angle[near], axis, field, tallest_mm)
+    return found
+
+
+def _ends(line: Polyline) -> list[_End]:
+    found = []
+    for first, last in line.pieces:
+        nodes = line.nodes_mm[first : last + 1]
+        if np.array_equal(nodes[0], nodes[-1]):
+            continue
+        for place, before, side in ((nodes[0], nodes[1], -1.0), (nodes[-1], nodes[-2], 1.0)):
+            ahead = (place - before) / np.linalg.norm(place - before)
+            found.append(_End(place, ahead, side * np.array([-ahead[1], ahead[0]])))
+    return found
+
+
+def _beyond(
+    end: _End, ahead: Floats, angle: Floats, axis: Axis, field: Field, tallest_mm: float
+) -> list[Burr]:
+    """The runs of columns that go on where most end."""
+    radius = max(float(end.place[1]), field.spacing_mm)
+    columns = max(int(field.arc[1] * radius / field.spacing_mm), 1)
+    column = ((angle - field.arc[0]) % (2.0 * np.pi) / field.arc[1] * columns).astype(np.int64)
+    column = np.minimum(column, columns - 1)
+    reach = np.full(columns, -np.inf)
+    np.maximum.at(reach, column, ahead)
+    known = np.isfinite(reach)
+    if np.count_nonzero(known) < _FEWEST:
+        return []
+    off = reach - np.median(reach[known])
+    if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
+        return []
+    scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
+    further = known & (off > max(_BEYOND * field.spacing_mm, _SIGMAS * scatter))
+    if np.count_nonzero(further) > _MOST * np.count_nonzero(known):
+        return []
+    burrs = []
+    for run in _runs(further):
+        high = off[run[further[run]]]
+        if len(high) >= _LEAST_COLUMNS and high.max() < tallest_mm:
+            burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
+    return burrs
+
+
+def _runs(further: Bools) -> list[Ints]:
+    """Stretches of columns, with gaps of single ones."""
+    at = np.flatnonzero(further)
+    if not len(at):
+        return []
+    return [
+        np.arange(run[0], run[-1] + 1) for run in np.split(at, np.flatnonzero(np.diff(at) > 1 + _GAP) + 1)
+    ]
+
+
+def _burr(
+    end: _End,
+    high: Floats,
+    run: Ints,
+    columns: int,
+    radius: float,
+    scatter: float,
+    axis: Axis,
+    field: Field,
+) -> Burr:
+    """A burr of which an outline is known: its length and its height, and nothing of its width."""
+    step = field.arc[1] / columns
+    angle = field.arc[0] + (0.5 * (run[0] + run[-1]) + 0.5) * step
+    angle = float(np.angle(np.exp(1j * angle)))
+    tall = float(np.quantile(high, 0.8))
+    sigma = float(np.hypot(field.spacing_mm / np.sqrt(12.0), scatter))
+    z = sorted((float(end.place[0]), float(end.place[0] + tall * end.ahead[0])))
+    length = len(run) * step * radius
+    unknown = Value(np.nan, np.nan)
+    return Burr(
+        side="protrusion",
+        angle_deg=Value(float(np.degrees(angle)), float(np.degrees(0.4 * step))),
+        z_start_mm=Value(z[0], 0.4 * field.spacing_mm),
+        z_end_mm=Value(z[1], 0.4 * field.spacing_mm),
+        height_mm=Value(tall, sigma),
+        width_mm=unknown,
+        length_mm=Value(length, 0.4 * np.sqrt(2.0) * step * radius),
+        area_mm2=unknown,
+        volume_mm3=unknown,
+        T_mesh_burr=pose_on_surface(end.place, end.normal, angle, np.array([1.0, 0.0]), axis),
+        significance=tall / sigma * float(np.sqrt(len(high))),
+    )
