@@ -41,6 +41,8 @@ _LEAST_EXPLAINED = 0.5
 Where metal is missing each place has one depth, and one ridge is like it: of 42 nicks, rough ones too, all
 had 0.85 or more. A burr that is rolled over has two heights at one place, and a torn one many along it: of
 such down to 0.26 is explained, so nothing is asked of them."""
+_DIFFER = 2.0
+"""Standard deviations between a ridge's height and a crest's from which the ridge is not what is there."""
 _TELLS_FRAMES = 1.5
 """Half-width, in vertex spacings, from which the first triangles tell which frame is the burr's."""
 _SAME_RADIUS = 0.03
@@ -175,8 +177,9 @@ def _cornered(field: Field, site: Site, high: float) -> Bools:
     ends = np.searchsorted(along[order], [along - high, along + high])
     turned = [(normal * normal[order[np.minimum(end, len(order) - 1)]]).sum(axis=1) for end in ends]
     cornered: Bools = np.minimum(*turned) < _CORNER
-    few = np.count_nonzero(cornered & site.on) < _MOST_CORNERED * np.count_nonzero(site.on)
-    return cornered if few else np.zeros_like(cornered)
+    many = np.count_nonzero(cornered & site.on) >= _MOST_CORNERED * np.count_nonzero(site.on)
+    edged = many or on_edge(field, site.chosen[site.on], site.sign)
+    return np.zeros_like(cornered) if edged else cornered
 
 
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
@@ -217,16 +220,20 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> 
 
 
 def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame) -> Value:
-    """Largest height along the burr."""
+    """Largest height along the burr: the ridge's, or on an edge that of the crest where the two differ."""
     patch, least = frame.patch, _STRETCH * field.spacing_mm
-    if on_edge(field, site.chosen[site.on], site.sign):
-        on = Patch(*(one[site.on] for one in (patch.u_mm, patch.v_mm, patch.lift_mm, patch.sigma_mm)))
-        extent = ridge.start_mm, ridge.end_mm
-        crest = crest_of(on, extent, least_mm=least)
-        if crest is not None:
-            return Value(*crest)
     most, sigma = height_of(patch, ridge, least_mm=least)
-    return Value(most, float(np.sqrt(sigma**2 + ridge.open_mm**2 + (_NO_TRIANGLE_SHARED * most) ** 2)))
+    height = Value(most, float(np.sqrt(sigma**2 + ridge.open_mm**2 + (_NO_TRIANGLE_SHARED * most) ** 2)))
+    if not on_edge(field, site.chosen[site.on], site.sign):
+        return height
+    own = field.local_mm[site.chosen]  # a crest is often the border of what is seen, whose sigma is another
+    on = Patch(*(one[site.on] for one in (patch.u_mm, patch.v_mm, patch.lift_mm, own)))
+    extent = ridge.start_mm, ridge.end_mm
+    crest = crest_of(on, extent, spacing_mm=field.spacing_mm, least_mm=least)
+    if crest is None:
+        return height
+    off = abs(crest.value - height.value) / float(np.hypot(crest.sigma, height.sigma))
+    return crest if off > _DIFFER or crest.sigma < height.sigma else height
 
 
 def _area(ridge: Ridge) -> Value:

@@ -1,8 +1,8 @@
 """Burrs that go on where the surface ends: on an edge beyond which no surface is seen.
 
-A view from aside shows a cylinder and not its end face. A burr that stands on the edge along the axis then has
-no surface to stand off from: it is more of the cylinder. But around the wheel the surface ends in a straight
-line, and there it does not.
+A view from aside shows a cylinder and not its end face. A burr that stands on the edge along the axis then
+has no surface to stand off from: it is more of the cylinder. But around the wheel the surface ends in a
+straight line, and there it does not.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from burrscan.pose import placed
 from burrscan.robust import SIGMA_PER_MEDIAN
 
 _STRAIGHT = 0.7
-"""Share of the columns that end within a vertex spacing of the median: a straight edge. Where less do, what is
-seen ends in a shadow, at the horizon or in a tread."""
+"""Share of the columns that end within a vertex spacing of the median: a straight edge. Where fewer do, what
+is seen ends in a shadow, at the horizon or in a tread."""
 _FEWEST = 12
 """Columns by which a straight edge is told: of fewer seven in ten may be alike by chance."""
 _BEYOND = 2.5

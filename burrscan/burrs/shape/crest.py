@@ -8,23 +8,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Floats, Ints
 from burrscan.burrs.shape.along import largest
 from burrscan.burrs.shape.patch import Patch
+from burrscan.inspection import Value
+from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
-_UPPER = 0.5
-"""Share of a height from which vertices are on the flank's upper part, evenly spread over its height."""
-_FEWEST = 4
-"""Vertices of a stretch in that part: where they end is known to a fifth of it then."""
-_NOISE = 2.0
-"""In sigma: vertices that far below the highest may be as high as it but for their noise."""
+_FEWEST = 3
+"""Slices of a burr, and stretches: the scatter of fewer tells nothing."""
+_ON_FLANK = 2.0
+"""In sigma: what is lower is on the surface, and does not tell how far apart vertices on the flank are."""
 
 
-def crest_of(patch: Patch, extent: tuple[float, float], *, least_mm: float) -> tuple[float, float] | None:
-    """Largest height along the burr and its standard deviation, mm; None from too few vertices.
+def crest_of(
+    patch: Patch, extent: tuple[float, float], *, spacing_mm: float, least_mm: float
+) -> Value | None:
+    """Largest height along the burr; None from too few vertices. O(N log N).
 
-    In each stretch the vertices of the flank's upper half are taken as evenly spread up to the crest, as a
-    scan's rows are. The kth of N from above then lies (k - 1/2) / N of their range below it. O(N log N).
+    Of vertices evenly spread up a flank the highest is half of their distance below its crest, on average. So
+    much is added in every slice, one vertex wide. By how much it is off is not averaged away: rows of a scan
+    run along an edge. Where stretches of ``least_mm`` differ by more than their slices do, the burr's height
+    varies.
 
     Parameters
     ----------
@@ -32,33 +36,36 @@ def crest_of(patch: Patch, extent: tuple[float, float], *, least_mm: float) -> t
         The vertices of the burr.
     extent
         Where it begins and ends along u, mm.
+    spacing_mm
+        Distance between neighbouring vertices.
     least_mm
         Least length over which a height is stated.
 
     """
     length = extent[1] - extent[0]
-    count = max(int(length / least_mm), 1)
-    stretch = np.floor((patch.u_mm - extent[0]) / length * count)
-    tops = [_top(patch.lift_mm[on], patch.sigma_mm[on]) for on in (stretch == k for k in range(count))]
-    known = [top for top in tops if top is not None]
-    if not known:
+    slices = max(int(length / spacing_mm), 1)
+    inside = (patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1])
+    inside &= patch.lift_mm > _ON_FLANK * patch.sigma_mm
+    place = ((patch.u_mm[inside] - extent[0]) / length * slices).astype(np.int64).clip(0, slices - 1)
+    count, top = np.bincount(place, minlength=slices), np.zeros(slices)
+    np.maximum.at(top, place, patch.lift_mm[inside])
+    seen = np.flatnonzero(count)
+    if len(seen) < _FEWEST:
         return None
-    height, sigma = np.array(known).T
-    weight = sigma**-2.0
+    missed = 0.5 * top[seen] / count[seen]
+    stretches = max(int(length / least_mm), 1)
+    height, weight = _stretches(top[seen] + missed, seen * stretches // slices, stretches)
     common = float(weight @ height / weight.sum())
-    gain, gain_sigma = largest(height / common, weight * common**2)
-    return common * gain, float(np.hypot(1.0 / np.sqrt(weight.sum()), common * gain_sigma))
+    gain, gain_sigma = largest(height / common, weight * common**2) if stretches >= _FEWEST else (1.0, 0.0)
+    noise = np.hypot(1.0 / np.sqrt(weight.sum()), common * gain_sigma)
+    row = 2.0 * float(np.median(missed)) / np.sqrt(12.0)  # evenly within the distance between two rows
+    return Value(common * gain, float(np.hypot(noise, row)))
 
 
-def _top(lift: Floats, sigma: Floats) -> tuple[float, float] | None:
-    """Where the lifts on a flank end, and how sure."""
-    low = _UPPER * float(lift.max(initial=0.0))
-    upper = np.sort(lift[lift > low])[::-1]
-    if len(upper) < _FEWEST:
-        return None
-    noise = float(np.median(sigma[lift > low]))
-    from_above = int(np.clip(np.count_nonzero(upper > upper[0] - _NOISE * noise), 1, len(upper) // 2))
-    share = (from_above - 0.5) / len(upper)
-    top = low + (float(upper[from_above - 1]) - low) / (1.0 - share)
-    spread = (top - low) * np.sqrt(share * (1.0 - share) / len(upper)) / (1.0 - share)
-    return top, float(np.hypot(spread, noise / np.sqrt(from_above)))
+def _stretches(height: Floats, stretch: Ints, count: int) -> tuple[Floats, Floats]:
+    """Median height of each stretch and its weight, 1/mm²; no weight where nothing is seen of it."""
+    middle, number = np.zeros(count), np.bincount(stretch, minlength=count)
+    for one in np.flatnonzero(number):
+        middle[one] = np.median(height[stretch == one])
+    scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(height - middle[stretch])))
+    return middle, number / max(MEDIAN_OVER_MEAN * scatter, 1e-9) ** 2

@@ -7,8 +7,10 @@ import pytest
 
 from bench.synthetic.depth_view import single_view
 from burrscan.api import inspect_mesh
-from burrscan.arrays import Bools, Ints
-from burrscan.burrs import detect, field
+from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.burrs import describe, detect, field, local_cfar, residual
+from burrscan.burrs.openings import MOST_OPEN
+from burrscan.generatrix import curve
 from burrscan.inspection import Burr
 from scenes.wheel import RimBurr, build_wheel, load_wheel
 
@@ -86,3 +88,142 @@ def test_a_short_gap_is_within_one_burr() -> None:
     """Two degrees are 2.4 mm: a torn burr's gap."""
     found = called(-10.5, 10.5, arc_deg=19.0, direction="radial", from_deg=17.0)
     assert [round(burr.length_mm.value / 10.0) for burr in found] == [5]
+
+
+Seen = tuple[Floats, Ints32]
+
+
+def from_above(*burrs: RimBurr, up_rad: float, seed: int = 0, sigma: float = 0.03) -> Seen:
+    """One view of the stepped hub with these burrs on its largest edge."""
+    wheel = build_wheel(load_wheel("stepped_hub"), burrs, facet_error_mm=0.01)
+    view = -np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
+    return single_view(*wheel.welded(), view, pixels=300, sigma=sigma, seed=seed)
+
+
+def rim(
+    angle_deg: float, arc_deg: float, height_mm: float, width_mm: float, direction: str = "radial"
+) -> RimBurr:
+    return RimBurr(
+        angle_deg=angle_deg,
+        arc_deg=arc_deg,
+        height_mm=height_mm,
+        width_mm=width_mm,
+        edge=(20.0, _RADIUS_MM),
+        direction=direction,  # type: ignore[arg-type]
+    )
+
+
+def no(*_: object, **__: object) -> bool:
+    return False
+
+
+@pytest.mark.parametrize(
+    ("direction", "up_rad"),
+    [("radial", 0.3), ("radial", 0.6), ("radial", 0.95), ("axial", 0.6), ("axial", 1.1)],
+)
+def test_a_burr_is_as_high_as_its_one_visible_flank_reaches(direction: str, up_rad: float) -> None:
+    (burr,) = inspect_mesh(*from_above(rim(0.0, 20.0, 1.5, 0.9, direction), up_rad=up_rad)).burrs
+    height = burr.height_mm
+    assert height.value == pytest.approx(1.5, abs=0.15)
+    assert abs(height.value - 1.5) < 3.0 * height.sigma
+    assert height.sigma < 0.15
+
+
+def test_a_wall_without_width_is_no_ridge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of a flank beyond an edge has the edge as its foot, and a ridge's width is anything."""
+    burrs = rim(-36.3, 29.7, 1.39, 0.8, "axial"), rim(30.0, 21.1, 1.53, 1.0, "axial")
+    seen = from_above(*burrs, up_rad=0.61)
+
+    def right() -> Burr:
+        (burr,) = (burr for burr in inspect_mesh(*seen).burrs if burr.T_mesh_burr[1, 3] > 0.0)
+        return burr
+
+    assert abs(right().height_mm.value - 1.53) < min(3.0 * right().height_mm.sigma, 0.2)
+    monkeypatch.setattr(describe, "on_edge", no)
+    assert abs(right().height_mm.value - 1.53) > 0.5
+
+
+def test_a_corner_with_burrs_on_it_is_a_corner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The burrs' sides run on in the end face: a walk that follows them leaves no corner."""
+    burrs = rim(-39.0, 16.0, 1.4, 1.2), rim(-11.0, 14.0, 0.7, 0.9), rim(24.0, 30.0, 1.6, 1.1)
+    seen = from_above(*burrs, up_rad=0.8, sigma=0.025)
+    assert len(inspect_mesh(*seen).burrs) >= 2
+
+    def apart(pieces: list[Floats], **_: float) -> list[Floats]:
+        return pieces
+
+    monkeypatch.setattr(curve, "met", apart)
+    assert not inspect_mesh(*seen).burrs
+
+
+def test_what_a_burr_on_an_edge_hides_is_no_opening(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 15 degrees above the end face it hides three times as much as it is high."""
+    seen = from_above(rim(-15.0, 27.0, 1.4, 0.7, "axial"), up_rad=0.27)
+    (burr,) = inspect_mesh(*seen).burrs
+    assert burr.height_mm.value == pytest.approx(1.4, abs=0.2)
+    monkeypatch.setattr(residual, "on_edge", no)
+    assert not inspect_mesh(*seen).burrs
+    monkeypatch.setattr(residual, "MOST_OPEN", 1.0)
+    assert len(inspect_mesh(*seen).burrs) == 1
+    assert MOST_OPEN < 0.3
+
+
+def test_the_noise_of_the_face_past_the_edge_hides_no_burr(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, faces = from_above(rim(0.0, 20.0, 0.8, 1.0), up_rad=0.5)
+    radius = np.hypot(vertices[:, 0], vertices[:, 1])
+    across = (radius < _RADIUS_MM - 2.0) & (abs(vertices[:, 2] - 20.0) < 1.0)
+    vertices[across, 2] += np.random.default_rng(1).normal(0.0, 0.4, np.count_nonzero(across))
+    assert [burr.side for burr in inspect_mesh(vertices, faces).burrs] == ["protrusion"]
+    monkeypatch.setattr(local_cfar, "_ONE_FACE", -1.0)
+    assert not inspect_mesh(vertices, faces).burrs
+
+
+def test_errors_are_not_shared_all_along_an_edge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A dark flank has a large sigma; but no surface faces a convex edge, so no light makes it one error."""
+    vertices, faces = from_above(rim(0.0, 20.0, 0.8, 1.0), up_rad=0.5)
+    on = np.hypot(vertices[:, 0], vertices[:, 1]) > _RADIUS_MM + 0.1
+    sigma = np.where(on, 0.2, 0.03)
+    assert len(inspect_mesh(vertices, faces, sigma_mm=sigma).burrs) == 1
+    monkeypatch.setattr(residual, "on_edge", no)
+    assert not inspect_mesh(vertices, faces, sigma_mm=sigma).burrs
+
+
+def from_aside(*burrs: RimBurr, seed: int = 0) -> Seen:
+    """One view of the stepped hub's largest cylinder from straight aside: its end face is not seen."""
+    return from_above(*burrs, up_rad=0.0, seed=seed)
+
+
+def test_a_burr_is_seen_where_the_surface_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Along the axis it stands off from nothing: it is more of the cylinder."""
+    seen = from_aside(rim(-20.0, 16.0, 2.0, 1.0, "axial"), rim(25.0, 10.0, 2.0, 1.0, "axial"))
+    found = sorted(inspect_mesh(*seen).burrs, key=lambda burr: burr.T_mesh_burr[1, 3])
+    assert [burr.side for burr in found] == ["protrusion"] * 2
+    for burr, (angle_deg, arc_deg) in zip(found, [(-20.0, 16.0), (25.0, 10.0)], strict=True):
+        x, y, z = burr.T_mesh_burr[:3, 3]
+        assert np.degrees(np.arctan2(y, x)) == pytest.approx(angle_deg, abs=0.7)
+        assert burr.length_mm.value == pytest.approx(np.radians(arc_deg) * _RADIUS_MM, abs=1.5)
+        assert z == pytest.approx(20.0, abs=0.5)
+        assert abs(burr.height_mm.value - 2.0) < 3.0 * burr.height_mm.sigma
+        assert burr.height_mm.sigma < 0.35
+        assert np.isnan(burr.width_mm.value)
+    monkeypatch.setattr(residual, "past_end", lambda *_, **__: [])
+    assert not inspect_mesh(*seen).burrs
+
+
+def test_a_surface_that_ends_straight_has_none() -> None:
+    assert [inspect_mesh(*from_aside(seed=seed)).burrs for seed in range(3)] == [()] * 3
+
+
+@pytest.mark.parametrize("waves", [3, 40])
+def test_a_surface_that_ends_in_waves_has_none(waves: int) -> None:
+    """A scalloped edge, and one with teeth: no straight line that a burr goes beyond."""
+    angle, z = np.meshgrid(np.radians(np.arange(-70.0, 70.0, 0.4)), np.arange(0.0, 34.0, 0.5), indexing="ij")
+    keep = z < 30.0 + 2.0 * np.sin(waves * angle)
+    number = np.full(z.shape, -1)
+    number[keep] = np.arange(np.count_nonzero(keep))
+    rng = np.random.default_rng(3)
+    radius = np.where(z < 12.0, 70.0, 60.0) + rng.normal(0.0, 0.02, z.shape)
+    vertices = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)[keep]
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
+    assert not inspect_mesh(vertices, faces[(faces >= 0).all(axis=1)].astype(np.int32)).burrs

@@ -9,7 +9,7 @@ import pytest
 
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.height import judged
-from burrscan.burrs.light.call import belongs, called, doubted
+from burrscan.burrs.light.call import around, belongs, called, doubted
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.side import Told
 from burrscan.burrs.light.unrolled import Unrolled
@@ -188,3 +188,22 @@ def test_a_height_that_was_measured_is_believed() -> None:
     surface, place, burr = seen(scene)
     measured = _like(burr, height_mm=Value(0.4, 0.01))
     assert doubted(measured, place, surface) is measured
+
+
+def test_the_ends_of_a_burr_around_the_wheel_are_its_own() -> None:
+    """The light shows where an arc begins and ends: no burrs of their own, as a burr across it is."""
+    scene = Scene()
+    dark_line(scene)
+    surface, place, burr = seen(scene)
+    around_wheel = replace(
+        burr,
+        T_mesh_burr=burr.T_mesh_burr[:, [1, 0, 2, 3]] * [1.0, -1.0, 1.0, 1.0],
+        length_mm=Value(60.0, 0.1),
+        angle_deg=Value(burr.angle_deg.value + 15.0, 0.1),
+    )
+    assert around(around_wheel, place, surface, scene.axis)
+    assert not around(burr, place, surface, scene.axis)
+    narrow = replace(around_wheel, z_end_mm=replace(burr.z_start_mm, value=burr.z_start_mm.value + 1.0))
+    assert not around(narrow, place, surface, scene.axis)
+    far = replace(around_wheel, angle_deg=Value(burr.angle_deg.value + 60.0, 0.1))
+    assert not around(far, place, surface, scene.axis)
