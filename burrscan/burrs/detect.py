@@ -28,7 +28,7 @@ _GROW = 2.5
 """A burr's cells reach out to where a box of 3 × 3 cells is this many sigma high."""
 _EXPLAINED = 0.5
 """A box is explained by a stronger one inside it, where it is weaker than this share of that."""
-_APART_CELLS, _APART_MM = 3, 3.0
+_APART_CELLS, _APART_MM = 4, 3.0
 """How far from what the small box shows by itself an anomaly reaches: gaps of twice that (nine cells, as the
 middle boxes are long, or 6 mm, as torn burrs have them) are within one burr, wider ones are between two."""
 _PRIOR_POSITIONS = 20.0

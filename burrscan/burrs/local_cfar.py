@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.detect import Region, widened
 from burrscan.burrs.field import Field
 
@@ -72,6 +72,7 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
         return False
     span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
     around, beside = (cells & ~without for cells in _surroundings(field, region))
+    faces = around, around & _of_one_face(field, rows)[:, None]
 
     def in_contrast(box: tuple[int, int]) -> bool:
         level = _box_means(field, 2.0 * peak, box, span)
@@ -81,7 +82,8 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
         height = float(np.quantile(region.sign * level[inside], _CREST))
         # A ridge that crosses one bad row (a step's edge) is judged by the many others.
         on_rows = float(np.quantile(_row_strengths(level[rows], beside[rows]), 0.7))
-        return height > _LEAST_CONTRAST * max(_strength(level, around), on_rows)
+        beyond = min(_strength(level, cells) for cells in faces)
+        return height > _LEAST_CONTRAST * max(beyond, on_rows)
 
     return any(in_contrast(box) for box in _boxes(region))
 
@@ -110,15 +112,18 @@ def _row_strengths(level: Floats, mask: Bools) -> Floats:
     return np.where(count > 20, np.take_along_axis(ordered, rank[:, None], axis=1)[:, 0], 0.0)
 
 
-def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
-    """Cells around the region, and cells of its rows all the way round, both without the region's own.
+def _of_one_face(field: Field, rows: Ints) -> Bools:
+    """(rows,) True for those that look as some of them do: past an edge another face errs as it is lit."""
+    normal = field.row_normal
+    near: Bools = normal @ normal[rows].sum(axis=0) > _ONE_FACE * len(rows)
+    return near
 
-    Around it is only what looks its way: past an edge another face is lit, and errs, as it pleases.
-    """
+
+def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
+    """Cells around the region, and cells of its rows all the way round, both without the region's own."""
     rows: Bools = np.logical_or.reduce(region.cells, axis=1)
     own = widened(region.cells, _GUARD, _GUARD, closed=field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
-    around &= (field.row_normal @ field.row_normal[rows].sum(axis=0) > _ONE_FACE * rows.sum())[:, None]
     beside = np.broadcast_to(rows[:, None], own.shape)
     return around & ~own, beside & ~own
 

@@ -133,7 +133,10 @@ class _Certain(NamedTuple):
 def _certain(
     field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float, openings: Openings | None
 ) -> list[_Certain]:
-    """What is left of the regions when shared errors are counted, without those beside openings."""
+    """What is left of the regions when shared errors are counted, without those beside openings.
+
+    ``openings`` is None for a scan, which is judged by its light.
+    """
     if not found:
         return []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
@@ -148,8 +151,10 @@ def _certain(
         burr = describe(field, site, axis)
         if burr is None:
             continue
-        near_edge = on_edge(field, crest, region.sign, within_mm=_EDGE_SPACINGS * field.spacing_mm)
-        along = 1.0 if near_edge else _share_along(burr, axis)
+        open_air = openings is None and on_edge(
+            field, crest, region.sign, within_mm=_EDGE_SPACINGS * field.spacing_mm
+        )
+        along = 1.0 if open_air else _share_along(burr, axis)
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
@@ -241,8 +246,9 @@ def _looks(field: Field, crest: Ints, burr: Burr, *, along: float) -> float:
     """How many independent values shared errors have on a burr: they are as wide as they are long.
 
     Up a burr there are as many as it is longer than wide, as far as its crest is seen. Along a parallel there
-    is one, for light bounces between surfaces that run along parallels; but at a convex edge no surface faces
-    another. ``along`` is the cosine between the burr and the direction in which there are several.
+    is one, for light bounces between surfaces that run along parallels; but at the convex edges of a scan no
+    surface faces another. ``along`` is the cosine between the burr and the direction in which there are
+    several.
     """
     width: float = max(burr.width_mm.value, 2.0 * field.spacing_mm)
     stretches = [np.floor(place / width) for place in (field.along_mm[crest], field.arc_mm(crest))]

@@ -9,7 +9,7 @@ from bench.synthetic.depth_view import single_view
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.burrs import describe, detect, field, local_cfar, residual
-from burrscan.burrs.openings import MOST_OPEN
+from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.generatrix import curve
 from burrscan.inspection import Burr
 from scenes.wheel import RimBurr, build_wheel, load_wheel
@@ -178,14 +178,19 @@ def test_the_noise_of_the_face_past_the_edge_hides_no_burr(monkeypatch: pytest.M
     assert not inspect_mesh(vertices, faces).burrs
 
 
-def test_errors_are_not_shared_all_along_an_edge(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     """A dark flank has a large sigma; but no surface faces a convex edge, so no light makes it one error."""
     vertices, faces = from_above(rim(0.0, 20.0, 0.8, 1.0), up_rad=0.5)
     on = np.hypot(vertices[:, 0], vertices[:, 1]) > _RADIUS_MM + 0.1
-    sigma = np.where(on, 0.2, 0.03)
-    assert len(inspect_mesh(vertices, faces, sigma_mm=sigma).burrs) == 1
-    monkeypatch.setattr(residual, "on_edge", no)
-    assert not inspect_mesh(vertices, faces, sigma_mm=sigma).burrs
+    found = inspect_mesh(vertices, faces)
+    seen = field.field_of(vertices, faces, found.axis, found.generatrix, sigma_mm=np.where(on, 0.2, 0.03))
+    regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
+
+    def certain(openings: Openings | None) -> int:
+        return len(residual._certain(seen, regions, found.axis, 1e-6, openings))
+
+    assert certain(None) == 1
+    assert certain(Openings(seen)) == 0
 
 
 def from_aside(*burrs: RimBurr, seed: int = 0) -> Seen:
