@@ -16,6 +16,11 @@ _NODES = SIDE + 1
 """Of an end that tell where it runs to: the last, which may have followed a burr, is left out."""
 
 
+_REACHES = 0.5
+"""Node spacings by which the longer of two ends falls short of a corner at most, and by which its last node is
+off its line: where both fall short by more, or one has turned, what is between them may be a rounding."""
+
+
 class _End(NamedTuple):
     """A piece's nodes towards one of its ends, and the line that it runs out along."""
 
@@ -26,12 +31,13 @@ class _End(NamedTuple):
 
 
 class _Corner(NamedTuple):
-    """Two ends, where their lines meet, and how far from the ends at most, mm."""
+    """Two ends, where their lines meet, and how far from the ends at most; by how little one falls short, mm."""
 
     one: _End
     other: _End
     at: Floats
     far_mm: float
+    short_mm: float
 
 
 def met(pieces: list[Floats], *, spacing_mm: float, reach_mm: float) -> list[Floats]:
@@ -54,7 +60,8 @@ def met(pieces: list[Floats], *, spacing_mm: float, reach_mm: float) -> list[Flo
     while True:
         ends = [end for i in range(len(pieces)) for end in _ends(pieces[i], i, spacing_mm)]
         corners = [_corner(one, other) for one, other in combinations(ends, 2)]
-        near = [corner for corner in corners if corner is not None and corner.far_mm < reach_mm]
+        least = _REACHES * spacing_mm
+        near = [one for one in corners if one is not None and one.far_mm < reach_mm and one.short_mm < least]
         if not near:
             return pieces
         best = min(near, key=lambda corner: corner.far_mm)
@@ -64,13 +71,15 @@ def met(pieces: list[Floats], *, spacing_mm: float, reach_mm: float) -> list[Flo
 
 
 def _ends(piece: Floats, number: int, spacing: float) -> list[_End]:
-    """Both ends of an open piece, as far as they are straight."""
+    """Both ends of an open piece, as far as they are straight: one whose last node has turned is round."""
     if len(piece) < 2 * _NODES or np.array_equal(piece[0], piece[-1]):
         return []
     found = []
     for nodes in (piece, piece[::-1]):
         centre, tangent, bend = side_lines(nodes, np.arange(len(nodes) - _NODES, len(nodes) - 1)[None])
-        if bend[0] < STRAIGHT * spacing:
+        last = nodes[-1] - centre[0]
+        off = abs(float(last[0] * tangent[0, 1] - last[1] * tangent[0, 0]))
+        if bend[0] < STRAIGHT * spacing and off < _REACHES * spacing:
             found.append(_End(number, nodes, centre[0], tangent[0]))
     return found
 
@@ -84,7 +93,8 @@ def _corner(one: _End, other: _End) -> _Corner | None:
         return None
     at = crossing(one.centre[None], one.tangent[None], other.centre[None], other.tangent[None])[0]
     far = max(float(np.linalg.norm(at - end.nodes[-1])) for end in (one, other))
-    return _Corner(one, other, at, far)
+    short = min(float((at - end.nodes[-1]) @ end.tangent) for end in (one, other))
+    return _Corner(one, other, at, far, short)
 
 
 def _joined(corner: _Corner) -> Floats:

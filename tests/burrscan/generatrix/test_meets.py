@@ -39,6 +39,12 @@ def test_others_stay_apart() -> None:
     back_along_a_thin_wall = side((17.5, 68.0), (0.0, 68.0))
     for other in (corner_far, across_a_groove, back_along_a_thin_wall):
         assert len(joined(flat, other)) == 2
+    rounded_off = side((20.0, 69.0), (20.0, 50.0))
+    assert (
+        len(joined(flat[:-1], rounded_off)) == len(joined(side((0.0, 70.0), (19.0, 70.0)), rounded_off)) == 2
+    )
+    turning = np.concatenate([side((0.0, 70.0), (19.0, 70.0)), [[19.9, 69.2]]])
+    assert len(joined(turning, side((20.0, 70.0), (20.0, 50.0)))) == 2
     bent = side((0.0, 70.0), (18.8, 70.0))
     bent[-4:, 1] += [0.0, 0.8, 0.0, 0.8]
     assert len(joined(bent, side((20.0, 70.0), (20.0, 50.0)))) == 2
@@ -47,7 +53,7 @@ def test_others_stay_apart() -> None:
 def test_the_nearest_corner_comes_first_and_closed_pieces_have_none() -> None:
     flat, wall, step = (
         side((0.0, 70.0), (19.0, 70.0)),
-        side((20.0, 69.5), (20.0, 50.0)),
+        side((20.0, 69.8), (20.0, 50.0)),
         side((21.8, 70.0), (40.0, 70.0)),
     )
     pieces = joined(step, flat, wall)
