@@ -17,7 +17,7 @@ _NODES = SIDE + 1
 
 
 _REACHES = 0.5
-"""Node spacings by which the longer of two ends falls short of a corner at most, and by which its last node is
+"""Node spacings by which the longer of two ends falls short of a corner at most, and its last node is
 off its line: where both fall short by more, or one has turned, what is between them may be a rounding."""
 
 
@@ -31,7 +31,7 @@ class _End(NamedTuple):
 
 
 class _Corner(NamedTuple):
-    """Two ends, where their lines meet, and how far from the ends at most; by how little one falls short, mm."""
+    """Two ends, where their lines meet, how far from both at most, and from the nearer along its line, mm."""
 
     one: _End
     other: _End
