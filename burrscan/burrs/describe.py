@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.burrs.edges import on_edge
+from burrscan.burrs.edges import SHARP, normals_at, on_edge
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.along import height_of
@@ -32,8 +32,6 @@ _NO_TRIANGLE_SHARED = 0.01
 without any noise the heights are 0.4 % off in the median, 2.4 in all but one, which is 5.7."""
 _NO_HEIGHT = 0.5
 """Share of a burr's height by which heights in corners of the part may be wrong."""
-_CORNER = np.cos(np.radians(20.0))
-"""Within a burr's height along the curve the normal turns by more in a corner."""
 _MOST_CORNERED = 0.35
 """Share of a burr's vertices: with more of them left out, the rest tells neither height nor width."""
 _LEAST_EXPLAINED = 0.5
@@ -95,12 +93,14 @@ def describe(field: Field, site: Site, axis: Axis) -> Burr | None:
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
     if not weight.any():
         return None
-    frame, ridge = _best(field, site, lift, weight)
+    edged = on_edge(field, site.chosen[site.on], site.sign)
+    frame, ridge = _best(field, site, lift, weight, edged=edged)
     if ridge is None or not _credible(ridge):
         return None
     if site.sign < 0 and _explained(field, site, frame.patch, ridge) < _LEAST_EXPLAINED:
         return None
-    return _burr(field, site, ridge, frame, axis)
+    height = _height(field, site, ridge, frame, edged=edged)
+    return _burr(field, site, ridge, frame, height, axis)
 
 
 def _credible(ridge: Ridge) -> bool:
@@ -124,13 +124,15 @@ def _explained(field: Field, site: Site, patch: Patch, ridge: Ridge) -> float:
     return 1.0 - max(left, 0.0) / every if every > 0.0 else 1.0
 
 
-def _best(field: Field, site: Site, lift: Floats, weight: Floats) -> tuple[_Frame, Ridge | None]:
+def _best(
+    field: Field, site: Site, lift: Floats, weight: Floats, *, edged: bool
+) -> tuple[_Frame, Ridge | None]:
     """The fit of a ridge of constant width, or of constant angle where the radius changes along the burr."""
     local = np.maximum(field.foot[site.chosen, 1], 1e-9)
     mean = float((weight * local).sum() / weight.sum())
-    frames = [_framed(field, site, lift, weight, local)]
+    frames = [_framed(field, site, lift, weight, local, edged=edged)]
     if np.ptp(local[site.on]) >= _SAME_RADIUS * mean:
-        frames.append(_framed(field, site, lift, weight, np.full(len(local), mean)))
+        frames.append(_framed(field, site, lift, weight, np.full(len(local), mean), edged=edged))
     firsts = [(frame, _first(field, site, frame)) for frame in frames]
     fits = [(frame, ridge) for frame, ridge in firsts if ridge is not None]
     if not fits:
@@ -152,7 +154,7 @@ def _first(field: Field, site: Site, frame: _Frame) -> Ridge | None:
     return first_ridge(frame.patch, spacing_mm=field.spacing_mm, start=(float(u.min()), float(u.max())))
 
 
-def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats) -> _Frame:
+def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats, *, edged: bool) -> _Frame:
     angle = field.angle[site.chosen]
     middle = float(np.angle((weight * np.exp(1j * angle)).sum()))
     x = np.angle(np.exp(1j * (angle - middle))) * radius
@@ -161,8 +163,9 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
     a, b = direction
     high = float(np.quantile(lift[site.on], 0.9))
     sigma = np.hypot(field.sigma_mm[site.chosen] * site.inflation, _NO_TRIANGLE * high)
-    cornered = _cornered(field, site, high)
-    sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
+    if not edged:
+        cornered = _cornered(field, site, high)
+        sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
     return _Frame(middle, direction, radius, Patch(x * a + y * b, y * a - x * b, lift, sigma))
 
 
@@ -173,13 +176,10 @@ def _cornered(field: Field, site: Site, high: float) -> Bools:
     burrs along an edge are known by nothing else.
     """
     along, normal = field.along_mm[site.chosen], field.normal[site.chosen]
-    order = np.argsort(along, kind="stable")
-    ends = np.searchsorted(along[order], [along - high, along + high])
-    turned = [(normal * normal[order[np.minimum(end, len(order) - 1)]]).sum(axis=1) for end in ends]
-    cornered: Bools = np.minimum(*turned) < _CORNER
-    many = np.count_nonzero(cornered & site.on) >= _MOST_CORNERED * np.count_nonzero(site.on)
-    edged = many or on_edge(field, site.chosen[site.on], site.sign)
-    return np.zeros_like(cornered) if edged else cornered
+    beside = normals_at(field, site.chosen, along - high, along + high)
+    cornered: Bools = np.minimum(*((normal * other).sum(axis=1) for other in beside)) < SHARP
+    few = np.count_nonzero(cornered & site.on) < _MOST_CORNERED * np.count_nonzero(site.on)
+    return cornered if few else np.zeros_like(cornered)
 
 
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
@@ -193,9 +193,8 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
     return direction if direction[1] > 1e-9 or direction[0] > 0.0 else -direction
 
 
-def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> Burr:
+def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, axis: Axis) -> Burr:
     side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
-    height = _height(field, site, ridge, frame)
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)
@@ -219,12 +218,12 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, axis: Axis) -> 
     )
 
 
-def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame) -> Value:
+def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: bool) -> Value:
     """Largest height along the burr: the ridge's, or on an edge that of the crest where the two differ."""
     patch, least = frame.patch, _STRETCH * field.spacing_mm
     most, sigma = height_of(patch, ridge, least_mm=least)
     height = Value(most, float(np.sqrt(sigma**2 + ridge.open_mm**2 + (_NO_TRIANGLE_SHARED * most) ** 2)))
-    if not on_edge(field, site.chosen[site.on], site.sign):
+    if not edged:
         return height
     own = field.local_mm[site.chosen]  # a crest is often the border of what is seen, whose sigma is another
     on = Patch(*(one[site.on] for one in (patch.u_mm, patch.v_mm, patch.lift_mm, own)))

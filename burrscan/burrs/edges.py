@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Ints
+from burrscan.arrays import Floats, Ints
 from burrscan.burrs.field import Field
 
-_SHARP = np.cos(np.radians(20.0))
-"""Within a burr's height to either side the normal turns by more on an edge."""
+SHARP = np.cos(np.radians(20.0))
+"""Within a burr's height along the curve the normal turns by more in a corner."""
 _MOST = 0.5
 """Share of a burr's vertices that are on the edge: most of them."""
 _HIGH = 0.9
@@ -37,11 +37,14 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0) -> boo
         return False
     high = max(float(np.quantile(field.deviation_mm[on], _HIGH)), within_mm)
     near = np.flatnonzero(np.abs(field.along_mm - np.median(along)) < np.ptp(along) + 2.0 * high)
-    order = near[np.argsort(field.along_mm[near], kind="stable")]
-    before, after = (
-        field.normal[order[np.searchsorted(field.along_mm[order], along + reach).clip(0, len(order) - 1)]]
-        for reach in (-high, high)
-    )
-    turned = (before * after).sum(axis=1) < _SHARP
+    before, after = normals_at(field, near, along - high, along + high)
+    turned = (before * after).sum(axis=1) < SHARP
     convex = before[:, 0] * after[:, 1] < before[:, 1] * after[:, 0]
     return bool(np.count_nonzero(turned & convex) > _MOST * len(on))
+
+
+def normals_at(field: Field, among: Ints, *along_mm: Floats) -> list[Floats]:
+    """Normals (z, r) of the next of some vertices at places along the curve, (M, 2) for each (M,) asked."""
+    order = among[np.argsort(field.along_mm[among], kind="stable")]
+    ends = (np.searchsorted(field.along_mm[order], places) for places in along_mm)
+    return [field.normal[order[np.minimum(end, len(order) - 1)]] for end in ends]

@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
-from burrscan.generatrix.polyline import Polyline
+from burrscan.generatrix.polyline import Polyline, is_closed
+from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Burr, Value
-from burrscan.pose import placed
 from burrscan.robust import SIGMA_PER_MEDIAN
 
 _STRAIGHT = 0.7
@@ -64,16 +63,17 @@ def past_end(
         What runs on further is no burr.
 
     """
-    part = placed(T_part_mesh(axis.point_mm, axis.direction), vertices_mm)
-    part = part[np.isfinite(part).all(axis=1)]
-    z, r, angle = part[:, 2], np.hypot(part[:, 0], part[:, 1]), np.arctan2(part[:, 1], part[:, 0])
-    found = []
-    for end in _ends(line):
-        away = np.stack([z, r], axis=1) - end.place
+    ends, found = _ends(line), []
+    if not ends:
+        return []
+    profile = profile_of(vertices_mm, axis)
+    places = np.stack([profile.z_mm, profile.r_mm], axis=1)
+    for end in ends:
+        away = places - end.place
         ahead, off = away @ end.ahead, away @ end.normal
         near = (ahead > -_BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
         near &= np.abs(off) < field.spacing_mm + _SLOPE * np.maximum(ahead, 0.0)
-        found += _beyond(end, ahead[near], angle[near], axis, field, tallest_mm)
+        found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm)
     return found
 
 
@@ -81,7 +81,7 @@ def _ends(line: Polyline) -> list[_End]:
     found = []
     for first, last in line.pieces:
         nodes = line.nodes_mm[first : last + 1]
-        if np.array_equal(nodes[0], nodes[-1]):
+        if is_closed(nodes):
             continue
         for place, before, side in ((nodes[0], nodes[1], -1.0), (nodes[-1], nodes[-2], 1.0)):
             ahead = (place - before) / np.linalg.norm(place - before)

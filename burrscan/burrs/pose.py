@@ -1,4 +1,4 @@
-"""The pose of a burr on the fitted surface."""
+"""The pose of a burr on the fitted surface, and how it lies there."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.inspection import Axis
+from burrscan.inspection import Axis, Burr
+
+
+def share_around(burr: Burr, axis: Axis) -> float:
+    """Cosine of the angle between a burr and the parallel that it stands on, 0 to 1."""
+    tangent = np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)
+    return abs(float(burr.T_mesh_burr[:3, 0] @ tangent)) / max(float(np.linalg.norm(tangent)), 1e-300)
 
 
 def pose_on_surface(foot: Floats, normal: Floats, angle: float, direction: Floats, axis: Axis) -> Floats:

@@ -24,6 +24,7 @@ from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.burrs.past_end import past_end
+from burrscan.burrs.pose import share_around
 from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.sight import Sight
@@ -154,7 +155,7 @@ def _certain(
         open_air = openings is None and on_edge(
             field, crest, region.sign, within_mm=_EDGE_SPACINGS * field.spacing_mm
         )
-        along = 1.0 if open_air else _share_along(burr, axis)
+        along = 1.0 if open_air else float(np.sqrt(max(1.0 - share_around(burr, axis) ** 2, 0.0)))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
@@ -254,13 +255,6 @@ def _looks(field: Field, crest: Ints, burr: Burr, *, along: float) -> float:
     stretches = [np.floor(place / width) for place in (field.along_mm[crest], field.arc_mm(crest))]
     seen = max(len(set(each.tolist())) for each in stretches)
     return max(min(burr.length_mm.value / width, seen) * along, 1.0)
-
-
-def _share_along(burr: Burr, axis: Axis) -> float:
-    """Cosine of the angle between a burr and the plane through the axis."""
-    around = np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)
-    share = float(burr.T_mesh_burr[:3, 0] @ around) / max(float(np.linalg.norm(around)), 1e-300)
-    return float(np.sqrt(max(1.0 - share**2, 0.0)))
 
 
 def _site(field: Field, region: Region, taken: Bools) -> Site:

@@ -81,6 +81,11 @@ class Polyline:
         return places
 
 
+def is_closed(piece: Floats) -> bool:
+    """Whether a (K, 2) piece ends where it began."""
+    return np.array_equal(piece[0], piece[-1])
+
+
 def revolved(meridian_zr: Floats, angles: Floats) -> Floats:
     """(S, N, 3) pairs (z, r) (S, 2), places or directions, turned about the axis by angles (N,), radians."""
     z, r = meridian_zr[:, :1], meridian_zr[:, 1:]

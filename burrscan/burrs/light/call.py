@@ -8,7 +8,7 @@ from burrscan.arrays import Floats
 from burrscan.burrs.height import with_height
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
-from burrscan.burrs.pose import pose_on_surface
+from burrscan.burrs.pose import pose_on_surface, share_around
 from burrscan.inspection import Axis, Burr, Value
 
 _HEIGHT_PER_WIDTH = 0.7
@@ -51,10 +51,7 @@ def around(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> bool:
     The light is asked for what runs along the wheel: of a burr along an edge it shows the ends, and of these
     neither side nor height follow.
     """
-    middle, along = burr.T_mesh_burr[:3, 3], burr.T_mesh_burr[:3, 0]
-    tangent = np.cross(axis.direction, middle - axis.point_mm)
-    share = abs(float(along @ tangent)) / max(float(np.linalg.norm(tangent)), 1e-300)
-    if share < _AROUND:
+    if share_around(burr, axis) < _AROUND:
         return False
     rows, columns = np.nonzero(place.cells)
     reach, z, r = _REACH_CELLS * surface.step_mm, surface.z_mm[rows], surface.r_mm[rows]

@@ -11,11 +11,12 @@ import numpy as np
 from burrscan.arrays import Floats, Ints
 from burrscan.burrs.shape.along import largest
 from burrscan.burrs.shape.patch import Patch
+from burrscan.burrs.shape.ridge import between
 from burrscan.inspection import Value
 from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
 _FEWEST = 3
-"""Slices of a burr, and stretches: the scatter of fewer tells nothing."""
+"""Slices of a burr: the scatter of fewer tells nothing."""
 _ON_FLANK = 2.0
 """In sigma: what is lower is on the surface, and does not tell how far apart vertices on the flank are."""
 
@@ -44,11 +45,11 @@ def crest_of(
     """
     length = extent[1] - extent[0]
     slices = max(int(length / spacing_mm), 1)
-    inside = (patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1])
-    inside &= patch.lift_mm > _ON_FLANK * patch.sigma_mm
-    place = ((patch.u_mm[inside] - extent[0]) / length * slices).astype(np.int64).clip(0, slices - 1)
+    part = between(patch, extent)
+    high = part.lift_mm > _ON_FLANK * part.sigma_mm
+    place = np.minimum((part.u_mm[high] - extent[0]) / length * slices, slices - 1).astype(np.int64)
     count, top = np.bincount(place, minlength=slices), np.zeros(slices)
-    np.maximum.at(top, place, patch.lift_mm[inside])
+    np.maximum.at(top, place, part.lift_mm[high])
     seen = np.flatnonzero(count)
     if len(seen) < _FEWEST:
         return None
@@ -56,7 +57,7 @@ def crest_of(
     stretches = max(int(length / least_mm), 1)
     height, weight = _stretches(top[seen] + missed, seen * stretches // slices, stretches)
     common = float(weight @ height / weight.sum())
-    gain, gain_sigma = largest(height / common, weight * common**2) if stretches >= _FEWEST else (1.0, 0.0)
+    gain, gain_sigma = largest(height / common, weight * common**2)
     noise = np.hypot(1.0 / np.sqrt(weight.sum()), common * gain_sigma)
     row = 2.0 * float(np.median(missed)) / np.sqrt(12.0)  # evenly within the distance between two rows
     return Value(common * gain, float(np.hypot(noise, row)))

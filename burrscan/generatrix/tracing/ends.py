@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
-from burrscan.generatrix.polyline import Foot, Polyline, join
+from burrscan.generatrix.polyline import Foot, Polyline, is_closed, join
 from burrscan.generatrix.tracing.cells import ARC_BINS, arc_bin
 
 _LEAST = 0.35
@@ -16,7 +16,7 @@ _NEAR = 10
 
 def extended(piece: Floats, *, by_mm: float) -> Floats:
     """Lengthen both open ends of a (K, 2) piece along its tangents."""
-    if np.array_equal(piece[0], piece[-1]):
+    if is_closed(piece):
         return piece
     ahead, behind = piece[-1] - piece[-3], piece[0] - piece[2]
     ahead, behind = (by_mm * v / np.linalg.norm(v) for v in (ahead, behind))
@@ -40,7 +40,7 @@ def trimmed(line: Polyline, foot: Foot, seen: Bools) -> list[Floats]:
         if last < first:
             continue
         nodes = line.nodes_mm[line.starts[segments[first]] : line.starts[segments[last]] + 2].copy()
-        if not np.array_equal(nodes[0], nodes[-1]):
+        if not is_closed(nodes):
             nodes[0] += far[segments[first], 0] * (nodes[1] - nodes[0])
             nodes[-1] += (1.0 - far[segments[last], 1]) * (nodes[-2] - nodes[-1])
         pieces.append(nodes)
@@ -85,7 +85,7 @@ def cut_back(line: Polyline, foot: Foot, angle: Floats, arc: tuple[float, float]
     pieces = []
     for first, last in line.pieces:
         nodes = line.nodes_mm[first : last + 1].copy()
-        if not np.array_equal(nodes[0], nodes[-1]):
+        if not is_closed(nodes):
             begin, end = number[first], number[last - 1]
             missing = _short(low[begin : begin + _NEAR])
             nodes[0] += min(missing, 0.9) * (nodes[1] - nodes[0])

@@ -8,14 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.generatrix.polyline import is_closed
 from burrscan.generatrix.tracing.creases import LEAST_TURN, SIDE, STRAIGHT, crossing, side_lines
+from burrscan.generatrix.tracing.trace import SHARPEST
 
-_LEAST_COSINE = -0.2
-"""Of the turn from one side of a corner into the other: up to 100 degrees, as the walk makes."""
 _NODES = SIDE + 1
 """Of an end that tell where it runs to: the last, which may have followed a burr, is left out."""
-
-
 _REACHES = 0.5
 """Node spacings by which the longer of two ends falls short of a corner at most, and its last node is
 off its line: where both fall short by more, or one has turned, what is between them may be a rounding."""
@@ -72,7 +70,7 @@ def met(pieces: list[Floats], *, spacing_mm: float, reach_mm: float) -> list[Flo
 
 def _ends(piece: Floats, number: int, spacing: float) -> list[_End]:
     """Both ends of an open piece, as far as they are straight: one whose last node has turned is round."""
-    if len(piece) < 2 * _NODES or np.array_equal(piece[0], piece[-1]):
+    if len(piece) < 2 * _NODES or is_closed(piece):
         return []
     found = []
     for nodes in (piece, piece[::-1]):
@@ -89,7 +87,7 @@ def _corner(one: _End, other: _End) -> _Corner | None:
     if one.piece == other.piece:
         return None
     cosine = -float(one.tangent @ other.tangent)
-    if not _LEAST_COSINE < cosine < np.cos(LEAST_TURN):
+    if not SHARPEST < cosine < np.cos(LEAST_TURN):
         return None
     at = crossing(one.centre[None], one.tangent[None], other.centre[None], other.tangent[None])[0]
     far = max(float(np.linalg.norm(at - end.nodes[-1])) for end in (one, other))

@@ -10,6 +10,8 @@ from burrscan.generatrix.tracing.cells import Cells, opposed
 
 REACH = 2.3
 """A step of the walk, cells at most: longer than an edge left unsampled, shorter than a gap worth keeping."""
+SHARPEST = -0.2
+"""Cosine of the sharpest turn of a walk, and so of a corner: 100 degrees."""
 _LATERAL = 0.8
 """Cells this near (in cells) to the path are the same piece of surface."""
 
@@ -124,7 +126,7 @@ def _next(
             dz, dr = centre[j, 0] - centre[i, 0], centre[j, 1] - centre[i, 1]
             length = np.sqrt(dz * dz + dr * dr) + 1e-300
             cosine = (dz * z + dr * r) / length
-            if length > REACH * side or cosine < -0.2 or opposed(facing, i, j):
+            if length > REACH * side or cosine < SHARPEST or opposed(facing, i, j):
                 continue
             cost = length * (1.0 + 1.5 * (1.0 - cosine))
             if cost < least:
