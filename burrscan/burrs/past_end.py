@@ -110,16 +110,18 @@ def _beyond(
     if np.count_nonzero(further) > _MOST * np.count_nonzero(known):
         return []
     burrs = []
-    for run in _runs(further):
-        high = off[run[further[run]]]
+    for run in _runs(further, closed=field.closed):
+        place = run % columns
+        high = off[place[further[place]]]
         if len(high) >= _LEAST_COLUMNS and high.max() < tallest_mm:
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
 
 
-def _runs(further: Bools) -> list[Ints]:
-    """Stretches of columns, with gaps of single ones."""
-    at = np.flatnonzero(further)
+def _runs(further: Bools, *, closed: bool) -> list[Ints]:
+    """Stretches of columns, with gaps of single ones; a closed field's may go on past its last column."""
+    start = int(np.argmin(further | np.roll(further, -1))) if closed else 0  # where no stretch is cut
+    at = start + np.flatnonzero(np.roll(further, -start))
     if not len(at):
         return []
     return [

@@ -232,3 +232,26 @@ def test_a_surface_that_ends_in_waves_has_none(waves: int) -> None:
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
     assert not inspect_mesh(vertices, faces[(faces >= 0).all(axis=1)].astype(np.int32)).burrs
+
+
+@pytest.mark.parametrize("at_deg", [60.0, 175.0, 180.0])
+def test_a_burr_past_the_end_of_a_whole_tube_may_lie_where_its_angles_begin(at_deg: float) -> None:
+    """A tube of two diameters, open at both ends, with a tab of 12 degrees and 3 mm on one of them."""
+    around = 720
+    angle, z = np.meshgrid(
+        np.radians(np.arange(around) * 360.0 / around), np.arange(0.0, 33.2, 0.5), indexing="ij"
+    )
+    tab = np.abs(np.angle(np.exp(1j * (angle - np.radians(at_deg))))) < np.radians(6.0)
+    keep = (z <= 30.0) | tab
+    number = np.full(z.shape, -1)
+    number[keep] = np.arange(np.count_nonzero(keep))
+    radius = np.where(z < 12.0, 60.0, 50.0) + np.random.default_rng(3).normal(0.0, 0.02, z.shape)
+    vertices = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)[keep]
+    a, d = number[:, :-1], number[:, 1:]
+    b, c = np.roll(a, -1, axis=0), np.roll(d, -1, axis=0)
+    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
+    (burr,) = inspect_mesh(vertices, faces[(faces >= 0).all(axis=1)].astype(np.int32)).burrs
+    x, y, _ = burr.T_mesh_burr[:3, 3]
+    assert abs(np.degrees(np.angle(np.exp(1j * (np.arctan2(y, x) - np.radians(at_deg)))))) < 1.0
+    assert burr.length_mm.value == pytest.approx(np.radians(12.0) * 50.0, abs=1.5)
+    assert burr.height_mm.value == pytest.approx(3.0, abs=0.5)
