@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.field import Field
 
 SHARP = np.cos(np.radians(20.0))
@@ -15,7 +15,7 @@ _HIGH = 0.9
 """Quantile of its vertices' deviations that is how high an anomaly is, about."""
 
 
-def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0) -> bool:
+def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: bool = False) -> bool:
     """Whether what stands off is on a convex edge of the generatrix, or near one. O(M + N).
 
     Parameters
@@ -28,6 +28,9 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0) -> boo
         +1 for material too much; what is missing from an edge is seen beside it.
     within_mm
         How far from the edge it may be, along the curve; as far as it is high at least.
+    ends
+        Whether where the curve ends is an edge: of one view it is. A face beyond it that rose from it would hide it
+        from where that face is not seen.
 
     """
     if sign < 0 or not len(on):
@@ -40,7 +43,17 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0) -> boo
     before, after = normals_at(field, near, along - high, along + high)
     turned = (before * after).sum(axis=1) < SHARP
     convex = before[:, 0] * after[:, 1] < before[:, 1] * after[:, 0]
-    return bool(np.count_nonzero(turned & convex) > _MOST * len(on))
+    edge = turned & convex
+    if ends:
+        edge |= _at_end(field, along - high) | _at_end(field, along + high)
+    return bool(np.count_nonzero(edge) > _MOST * len(on))
+
+
+def _at_end(field: Field, along_mm: Floats) -> Bools:
+    """(M,) True for places along the curve that nothing is nearest to."""
+    row = np.floor(along_mm / field.step_mm).astype(np.int64)
+    seen = np.append(field.count.any(axis=1), False)  # the last for what is beyond either end
+    return ~seen[np.where((row >= 0) & (row < len(field.count)), row, -1)]
 
 
 def normals_at(field: Field, among: Ints, *along_mm: Floats) -> list[Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.bodies import TALLEST_MM, of_another_body
-from burrscan.burrs.noise.border import border_spread_mm, inner
+from burrscan.burrs.noise.border import border_spread_mm, deep, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
@@ -187,14 +187,15 @@ def field_of(
         raise InputError("no vertex lies near the generatrix: hand over axis and generatrix of this mesh")
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
-    counts = inner(faces, len(vertices_mm))[valid]
+    inside = inner(faces, len(vertices_mm))
     even = _evenly_spread(faces, len(vertices_mm))[valid]
     return _gridded(
         line,
         known,
         profile.angle[valid],
         np.nan_to_num(stated[valid]),
-        counts,
+        inside[valid],
+        deep(faces, inside)[valid],
         even,
         _finest(profile),
         vertex=np.flatnonzero(valid),
@@ -221,6 +222,7 @@ def _gridded(
     angle: Floats,
     stated: Floats,
     counts: Bools,
+    deep_in: Bools,
     even: Bools,
     finest: float,
     *,
@@ -243,7 +245,7 @@ def _gridded(
     deviation = _flattened(deviation, along, step_mm, cell[:, 0], sector, spread, even)
     local = _local_noise(deviation, cell[:, 0], sector, spread)
     sigma = np.maximum(local, calibrated(stated, deviation))
-    doubtful = ~(counts & _mostly(counts, cell, shape[0]))
+    doubtful = ~(deep_in | (counts & _mostly(counts, cell, shape[0])))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
     count, score = _summed(deviation, sigma, cell, shape)
     return Field(
@@ -297,7 +299,10 @@ def _cells(
 
 
 def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
-    """(N,) True in rows most of whose vertices count: the others follow an edge all the way round."""
+    """(N,) True in rows most of whose vertices count: the others follow an edge all the way round.
+
+    What is off the border by more than one vertex does not: on an open end a burr is as wide as it is high.
+    """
     every = np.bincount(cell[:, 0], minlength=rows)
     good = np.bincount(cell[:, 0], weights=counts, minlength=rows)
     most: Bools = (2.0 * good >= every)[cell[:, 0]]

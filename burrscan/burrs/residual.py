@@ -40,6 +40,8 @@ _EDGE_SPACINGS = 4.0
 """So many vertex spacings beside an edge no surface is faced either: cells and fillets are as wide."""
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
+_THROUGH = 0.6
+"""Share of the columns of an anomaly that the crest of a burr runs through: what is lower is its ends, or torn."""
 
 
 def burrs_residual(
@@ -143,7 +145,11 @@ def _certain(
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
     doubt, certain = doubt_of(field), []
     for region, site in _sites(field, found):
-        crest, high, noise = _crest(field, doubt, site)
+        beside = _EDGE_SPACINGS * field.spacing_mm
+        air = openings is None and on_edge(
+            field, site.chosen[site.on], region.sign, within_mm=beside, ends=True
+        )
+        crest, high, noise = _crest(field, doubt, site, columns=_columns(region) if air else 0)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it
             continue
@@ -152,10 +158,7 @@ def _certain(
         burr = describe(field, site, axis)
         if burr is None:
             continue
-        open_air = openings is None and on_edge(
-            field, crest, region.sign, within_mm=_EDGE_SPACINGS * field.spacing_mm
-        )
-        along = 1.0 if open_air else float(np.sqrt(max(1.0 - share_around(burr, axis) ** 2, 0.0)))
+        along = 1.0 if air else float(np.sqrt(max(1.0 - share_around(burr, axis) ** 2, 0.0)))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
@@ -220,21 +223,37 @@ def _sites(field: Field, found: list[Region]) -> list[tuple[Region, Site]]:
     return [(region, _site(field, region, taken)) for region in found]
 
 
-def _crest(field: Field, doubt: Doubt, site: Site) -> tuple[Ints, float, Noise]:
+def _crest(field: Field, doubt: Doubt, site: Site, *, columns: int) -> tuple[Ints, float, Noise]:
     """The vertices that an anomaly's height rests on, their typical height, mm, and what they err by.
 
     Errors that neighbours share are counted. No vertices where there are too few.
 
     What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.noise.border`, and spoils
-    what is beside it.
+    what is beside it. But a burr on an edge may be the border of what is seen. There, where
+    it is as many ``columns`` long (0 elsewhere) and its crest runs through most of them, it is compared with the
+    border beside it; specks in a shadow's border do not.
     """
     every, on = site.chosen[site.on], _inside(field, site)
-    lift = site.sign * field.deviation_mm[on]
+    ragged = 2 * len(on) < len(every)
+    crest, high = _highest(field, every, site.sign)
+    if not (ragged and columns and len(np.unique(field.cell[crest, 1])) >= _THROUGH * columns):
+        crest, high = _highest(field, on, site.sign)
+    if not len(crest):
+        return crest, high, Noise(0.0, 0.0)
+    return crest, high, noise_around(field, doubt, crest, site.chosen, ragged=ragged)
+
+
+def _highest(field: Field, on: Ints, sign: int) -> tuple[Ints, float]:
+    """The higher ones of some vertices, and how high they typically are, mm; none of too few."""
+    lift = sign * field.deviation_mm[on]
     if np.count_nonzero(lift > 0.0) < _FEWEST_INSIDE:
-        return on[:0], 0.0, Noise(0.0, 0.0)
+        return on[:0], 0.0
     high = float(np.quantile(lift[lift > 0.0], 0.8))
-    crest: Ints = on[lift >= 0.5 * high]
-    return crest, high, noise_around(field, doubt, crest, site.chosen, ragged=2 * len(on) < len(every))
+    return on[lift >= 0.5 * high], high
+
+
+def _columns(region: Region) -> int:
+    return int(np.count_nonzero(region.cells.any(axis=0)))
 
 
 def _inside(field: Field, site: Site) -> Ints:

@@ -20,6 +20,8 @@ _SHARE, _GAUSSIAN = 0.8, 1.2816
 """Burrs are less than a fifth of their like; a Gaussian's amount stays below 1.28 sigma so often."""
 _FEWEST = 300
 """Vertices: a quantile of 80 % of so many is known to 5 %; with fewer the class of the alike is widened."""
+_FEWEST_BORDERS = 50
+"""Vertices: a quantile of 98 % of fewer is the largest of them."""
 _OCTAVES = 0.5
 """Vertices are alike whose noise differs by no more than so many factors of two."""
 
@@ -80,8 +82,20 @@ def noise_around(field: Field, doubt: Doubt, crest: Ints, near: Ints, *, ragged:
     beyond = np.median(field.stated_mm[crest] ** 2 - field.local_mm[crest] ** 2)
     shared = max(shared, float(np.sqrt(max(beyond, 0.0))))
     if ragged:
-        shared = max(shared, border_spread_mm(field.deviation_mm[field.border & apart]))
+        shared = max(shared, border_spread_mm(field.deviation_mm[_borders_like(field, crest, apart)]))
     return Noise(own, shared)
+
+
+def _borders_like(field: Field, crest: Ints, apart: Bools) -> Bools:
+    """(N,) True for vertices on borders, those of the same parallels where there are enough.
+
+    Along a parallel the mesh ends in the same way, at a limb in another than at a shadow.
+    """
+    rows = np.zeros(len(field.count), dtype=np.bool_)
+    rows[field.cell[crest, 0]] = True
+    every: Bools = field.border & apart
+    near: Bools = every & rows[field.cell[:, 0]]
+    return near if np.count_nonzero(near) >= _FEWEST_BORDERS else every
 
 
 def _by_their_like(doubt: Doubt, like: Floats, apart: Bools) -> tuple[float, float]:
