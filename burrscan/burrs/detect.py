@@ -133,8 +133,8 @@ def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field, limit:
     """Strong cells and what is high beside them, connected; in parts where a gap lies between these."""
     plain = sign * evidence.small > limit
     grown = strong | (sign * evidence.small > _GROW)
-    labels = _connected(grown, closed=field.closed)
-    parts = _connected(grown & ~_between(plain, evidence.shape, field), closed=field.closed)
+    labels = connected(grown, closed=field.closed)
+    parts = connected(grown & ~_between(plain, evidence.shape, field), closed=field.closed)
     found = []
     statistic = sign * evidence.statistic
     for label in np.unique(labels[strong]):
@@ -149,7 +149,7 @@ def _labelled(strong: Bools, evidence: Evidence, sign: int, field: Field, limit:
     return found
 
 
-def _connected(cells: Bools, *, closed: bool) -> Ints32:
+def connected(cells: Bools, *, closed: bool) -> Ints32:
     """Number of the connected cells that each is one of, 0 outside; on a closed field across its seam too."""
     labels: Ints32 = np.asarray(ndimage.label(cells, structure=np.ones((3, 3)))[0], dtype=np.int32)
     if closed:

@@ -29,8 +29,8 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: 
     within_mm
         How far from the edge it may be, along the curve; as far as it is high at least.
     ends
-        Whether where the curve ends is an edge: of one view it is. A face beyond it that rose from it would hide it
-        from where that face is not seen.
+        Whether where the curve ends is an edge: of one view it is. A face beyond it that rose from it would
+        hide it from where that face is not seen.
 
     """
     if sign < 0 or not len(on):

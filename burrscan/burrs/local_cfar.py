@@ -8,11 +8,13 @@ halos.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
-from burrscan.burrs.detect import Region, widened
+from burrscan.burrs.detect import Region, connected, widened
 from burrscan.burrs.field import Field
 
 _RANK = 0.9
@@ -29,6 +31,10 @@ _ONE_FACE = np.cos(np.radians(60.0))
 """Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
+_CORE = 0.3
+"""Share of its highest box from which cells of an anomaly are its core."""
+_PART = 0.5
+"""Share of an anomaly that its core is at most: else the whole is as good."""
 _WHOLE = 0.5
 """What covers more than this share of a row is part of the generatrix."""
 _LEAST_VERTICES = 8
@@ -47,12 +53,31 @@ def convincing(field: Field, regions: list[Region]) -> list[Region]:
     """
     peaks = [peak_mm(field, region) for region in regions]
     taken = np.zeros(field.count.shape, np.bool_)
-    chosen = []
+    chosen: dict[int, Region] = {}
     for number in sorted(range(len(regions)), key=peaks.__getitem__, reverse=True):
-        if stands_out(field, regions[number], peaks[number], without=taken):
-            taken |= widened(regions[number].cells, _GUARD, _GUARD, closed=field.closed)
-            chosen.append(number)
-    return [regions[number] for number in sorted(chosen)]
+        for region in (regions[number], _core(field, regions[number])):
+            if region and stands_out(field, region, peak_mm(field, region), without=taken):
+                taken |= widened(region.cells, _GUARD, _GUARD, closed=field.closed)
+                chosen[number] = region
+                break
+    return [chosen[number] for number in sorted(chosen)]
+
+
+def _core(field: Field, region: Region) -> Region | None:
+    """What is high of an anomaly, in one piece; None where that is most of it.
+
+    Where noise is low next to waves that the surface has, cells of these are as significant as a burr's, and
+    join it to an anomaly of which it is a small part.
+    """
+    rows = np.flatnonzero(region.cells.any(axis=1))
+    span = (int(rows[0]), int(rows[-1]) + 1)
+    level = region.sign * _box_means(field, np.inf, _judged(region), span)
+    level[~region.cells | np.isnan(level)] = -np.inf
+    cells = connected(level > _CORE * level.max(), closed=field.closed)
+    core = (cells == cells.flat[int(level.argmax())]) & (cells > 0)
+    if core.sum() > _PART * region.cells.sum() or len(field.within(core)) < _LEAST_VERTICES:
+        return None
+    return replace(region, cells=core)
 
 
 def peak_mm(field: Field, region: Region) -> float:
@@ -89,13 +114,17 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
 
 
 def _boxes(region: Region) -> set[tuple[int, int]]:
-    """Boxes by whose means an anomaly is judged: that which found it, of 3 × 3 cells at most, and its column.
+    """Boxes by whose means an anomaly is judged: that which found it, of 3 × 3 cells at most, and others.
 
     A burr along the generatrix is often two pixels wide: in a box three cells wide it is half as high, and
-    which box found it is chance.
+    which box found it is chance. One around the axis may be as low as the noise of three cells.
     """
-    rows, columns = min(region.box[0], 3), min(region.box[1], 3)
-    return {(rows, columns), (rows, 1)}
+    rows, columns = _judged(region)
+    return {(rows, columns), (rows, 1), (rows, min(region.box[1], 9))}
+
+
+def _judged(region: Region) -> tuple[int, int]:
+    return min(region.box[0], 3), min(region.box[1], 3)
 
 
 def _strength(level: Floats, mask: Bools) -> float:

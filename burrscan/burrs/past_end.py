@@ -7,9 +7,10 @@ straight line, and there it does not.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.field import Field
@@ -26,16 +27,26 @@ _FEWEST = 12
 """Columns by which a straight edge is told: of fewer seven in ten may be alike by chance."""
 _BEYOND = 2.5
 """Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
+_WINDOWS = ((1, _BEYOND), (9, 1.2), (27, 0.8))
+"""Columns of which the mean is taken, and by how many vertex spacings it must be further."""
+_KNOWN = 0.7
+"""Share of a window's columns that must be known."""
 _SIGMAS = 6.0
 """And so many times the scatter of the ends."""
 _LEAST_COLUMNS = 3
-"""A burr is so many columns wide; single vertices fly."""
-_GAP = 1
+"""A burr is so many columns wide; single vertices fly. And it is longer than high: bars and pegs are not."""
+_TALL = 0.8
+"""Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
+_GAP = 3
 """Columns without a vertex that may lie within a burr."""
 _MOST = 0.3
 """Share of the columns that may run on: with more the edge is elsewhere."""
 _SLOPE = 1.0
 """How far, over how far it runs on, a burr may lean off the surface: 45 degrees."""
+
+_WRAP: Final = "wrap"
+_CONSTANT: Final = "constant"
+"""How a row of columns goes on where it ends: a closed one with its start."""
 
 
 class _End(NamedTuple):
@@ -106,16 +117,40 @@ def _beyond(
     if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
         return []
     scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
-    further = known & (off > max(_BEYOND * field.spacing_mm, _SIGMAS * scatter))
+    further = _further(np.where(known, off, np.nan) / field.spacing_mm, closed=field.closed)
     if np.count_nonzero(further) > _MOST * np.count_nonzero(known):
         return []
     burrs = []
     for run in _runs(further, closed=field.closed):
         place = run % columns
-        high = off[place[further[place]]]
-        if len(high) >= _LEAST_COLUMNS and high.max() < tallest_mm:
+        high = off[place[further[place] & known[place]]]
+        tall = float(np.quantile(high, _TALL)) if len(high) >= _LEAST_COLUMNS else np.inf
+        if high.max(initial=0.0) < tallest_mm and tall < len(run) * field.arc[1] / columns * radius:
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
+
+
+def _further(off: Floats, *, closed: bool) -> Bools:
+    """Columns that run on: alone, or in the mean with those beside them.
+
+    ``off`` is in vertex spacings, NaN where nothing is known.
+    """
+    known, mode = np.isfinite(off), _WRAP if closed else _CONSTANT
+    values, further = np.where(known, off, 0.0), np.zeros(len(off), np.bool_)
+    for size, least in _WINDOWS:
+        if size > len(off):
+            continue
+        share = ndimage.uniform_filter1d(known.astype(float), size, mode=mode)
+        mean = ndimage.uniform_filter1d(values, size, mode=mode) / np.maximum(share, 1e-9)
+        full = share >= _KNOWN
+        if not full.any():
+            continue
+        middle = float(np.median(mean[full]))
+        scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(mean[full] - middle)))
+        centres = full & (mean - middle > max(least, _SIGMAS * scatter))
+        level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
+        further |= (level > 0.0) & known & (values > 0.5 * level)
+    return further
 
 
 def _runs(further: Bools, *, closed: bool) -> list[Ints]:
@@ -143,7 +178,7 @@ def _burr(
     step = field.arc[1] / columns
     angle = field.arc[0] + (0.5 * (run[0] + run[-1]) + 0.5) * step
     angle = float(np.angle(np.exp(1j * angle)))
-    tall = float(np.quantile(high, 0.8))
+    tall = float(np.quantile(high, _TALL))
     sigma = float(np.hypot(field.spacing_mm / np.sqrt(12.0), scatter))
     z = sorted((float(end.place[0]), float(end.place[0] + tall * end.ahead[0])))
     length = len(run) * step * radius

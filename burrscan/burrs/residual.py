@@ -41,7 +41,7 @@ _EDGE_SPACINGS = 4.0
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
 _THROUGH = 0.6
-"""Share of the columns of an anomaly that the crest of a burr runs through: what is lower is its ends, or torn."""
+"""Share of the columns of an anomaly that the crest of a burr runs through: lower are its ends, or torn."""
 
 
 def burrs_residual(
@@ -229,9 +229,9 @@ def _crest(field: Field, doubt: Doubt, site: Site, *, columns: int) -> tuple[Int
     Errors that neighbours share are counted. No vertices where there are too few.
 
     What is on the border of the mesh is no evidence, see :mod:`burrscan.burrs.noise.border`, and spoils
-    what is beside it. But a burr on an edge may be the border of what is seen. There, where
-    it is as many ``columns`` long (0 elsewhere) and its crest runs through most of them, it is compared with the
-    border beside it; specks in a shadow's border do not.
+    what is beside it. But a burr on an edge may be the border of what is seen. There,
+    where it is as many ``columns`` long (0 elsewhere) and its crest runs through most of them, it is compared
+    with the border beside it. That of specks in a shadow's border does not.
     """
     every, on = site.chosen[site.on], _inside(field, site)
     ragged = 2 * len(on) < len(every)
