@@ -45,17 +45,20 @@ _HALO_MM = 2.5
 """How far from a burr its halo and its shadow reach."""
 
 
-def convincing(field: Field, regions: list[Region]) -> list[Region]:
+def convincing(field: Field, regions: list[Region], *, cores: bool = False) -> list[Region]:
     """The regions that stand out from their surroundings, in their order. O(V) for each.
 
     What stands out is no measure of the noise around the others: it is taken out of their surroundings, the
     highest first (the censored rule, Rickard & Dillard 1977). Else a burr beside higher ones would be lost.
+
+    Where a region does not, its core may (``cores``): in scans of metal waves join a burr to much else.
     """
     peaks = [peak_mm(field, region) for region in regions]
     taken = np.zeros(field.count.shape, np.bool_)
     chosen: dict[int, Region] = {}
     for number in sorted(range(len(regions)), key=peaks.__getitem__, reverse=True):
-        for region in (regions[number], _core(field, regions[number])):
+        whole = regions[number]
+        for region in (whole, _core(field, whole)) if cores else (whole,):
             if region and stands_out(field, region, peak_mm(field, region), without=taken):
                 taken |= widened(region.cells, _GUARD, _GUARD, closed=field.closed)
                 chosen[number] = region

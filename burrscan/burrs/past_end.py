@@ -7,28 +7,35 @@ straight line, and there it does not.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.generatrix.polyline import Polyline, is_closed
 from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Burr, Value
-from burrscan.robust import SIGMA_PER_MEDIAN
+from burrscan.pose import placed
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
 
-_STRAIGHT = 0.7
+_STRAIGHT = 0.6
 """Share of the columns that end within a vertex spacing of the median: a straight edge. Where fewer do, what
 is seen ends in a shadow, at the horizon or in a tread."""
 _FEWEST = 12
-"""Columns by which a straight edge is told: of fewer seven in ten may be alike by chance."""
+"""Columns by which a straight edge is told: of fewer six in ten may be alike by chance."""
 _BEYOND = 2.5
 """Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
-_WINDOWS = ((1, _BEYOND), (9, 1.2), (27, 0.8))
-"""Columns of which the mean is taken, and by how many vertex spacings it must be further."""
+_Windows = tuple[tuple[int, float], ...]
+_WINDOWS: _Windows = ((1, _BEYOND),)
+_WINDOWS_SEEN: _Windows = ((1, _BEYOND), (9, 1.0), (27, 0.5))
+"""Columns of which the mean is taken, and by how many vertex spacings it must be further: in the outline of
+one view pixels err by half of one, each for itself; a mesh of many may end in teeth, or at a cut."""
+_PASSES = 5
+"""Fits of that parabola, each weighing by the misfit of the last."""
 _KNOWN = 0.7
 """Share of a window's columns that must be known."""
 _SIGMAS = 6.0
@@ -39,26 +46,41 @@ _TALL = 0.8
 """Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
 _GAP = 3
 """Columns without a vertex that may lie within a burr."""
-_MOST = 0.3
+_MOST = 0.4
 """Share of the columns that may run on: with more the edge is elsewhere."""
+_ROUNDING_MM = 3.0
+"""Over so much of its end a curve's direction does not follow the rounding of an edge."""
+_STEEP = 0.3
+"""Sine of the angle between line of sight and surface from which an outline tells how far this reaches."""
+_ASIDE = 0.5
+"""Cosine of the angle around the axis, 60 degrees, up to which an end faces the camera; further on the part's
+own limb and shadows end what is seen."""
 _SLOPE = 1.0
-"""How far, over how far it runs on, a burr may lean off the surface: 45 degrees."""
-
-_WRAP: Final = "wrap"
-_CONSTANT: Final = "constant"
-"""How a row of columns goes on where it ends: a closed one with its start."""
+"""How far, over how far it runs on, a burr may lean off the surface, or the surface off what is across the
+line of sight: 45 degrees."""
 
 
 class _End(NamedTuple):
-    """An open end of the curve: its place, the direction in which it would go on, and the outward normal."""
+    """An open end of the curve.
+
+    Its place, the directions in which it would go on, by its last step and by its last millimetres, and the
+    outward normal.
+    """
 
     place: Floats
     ahead: Floats
+    onward: Floats
     normal: Floats
 
 
 def past_end(
-    vertices_mm: Floats, axis: Axis, line: Polyline, field: Field, *, tallest_mm: float
+    vertices_mm: Floats,
+    axis: Axis,
+    line: Polyline,
+    field: Field,
+    *,
+    tallest_mm: float,
+    eye_mm: Floats | None = None,
 ) -> list[Burr]:
     """Burrs beyond the open ends of the curve. O(V) for each end.
 
@@ -72,6 +94,10 @@ def past_end(
         Its residual field, whose vertex spacing and columns are used.
     tallest_mm
         What runs on further is no burr.
+    eye_mm
+        (3,) from where all of the mesh was seen, in its frame; None where nobody knows. How far the surface
+        reaches is then measured across the line of sight, in which an outline is as sharp as a pixel; on a
+        rounding, whose tangent turns, nothing else is.
 
     """
     ends, found = _ends(line), []
@@ -79,13 +105,35 @@ def past_end(
         return []
     profile = profile_of(vertices_mm, axis)
     places = np.stack([profile.z_mm, profile.r_mm], axis=1)
+    eye = None if eye_mm is None else placed(T_part_mesh(axis.point_mm, axis.direction), eye_mm[None])[0]
+    slack = field.spacing_mm * (1.0 if eye is None else 2.0)
     for end in ends:
         away = places - end.place
-        ahead, off = away @ end.ahead, away @ end.normal
-        near = (ahead > -_BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
-        near &= np.abs(off) < field.spacing_mm + _SLOPE * np.maximum(ahead, 0.0)
-        found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm)
+        if eye is None:
+            ahead, off = away @ end.ahead, away @ end.normal
+            faced = np.ones(len(away), np.bool_)
+        else:
+            ahead, off, faced = _across(end, places, profile.angle, eye)
+        near = faced & (ahead > -_BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
+        near &= np.abs(off) < slack + _SLOPE * np.abs(ahead)
+        found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm, seen=eye is not None)
     return found
+
+
+def _across(end: _End, places: Floats, angle: Floats, eye: Floats) -> tuple[Floats, Floats, Bools]:
+    """How far vertices are beyond an end across the line of sight and along it, and which are seen well.
+
+    All in the meridian plane of each vertex, onto which the line of sight is projected. (V,) each.
+    """
+    turn = angle - np.arctan2(eye[1], eye[0])
+    there = np.stack([np.full(len(turn), eye[2]), np.hypot(eye[0], eye[1]) * np.cos(turn)], axis=1)
+    sight = there - places
+    sight /= np.linalg.norm(sight, axis=1)[:, None]
+    across = np.stack([-sight[:, 1], sight[:, 0]], axis=1)
+    steep = across @ end.onward
+    away = places - end.place
+    ahead = (away * across).sum(axis=1) / np.where(np.abs(steep) > _STEEP, steep, np.inf)
+    return ahead, (away * sight).sum(axis=1), (np.cos(turn) > _ASIDE) & (np.abs(steep) > _STEEP)
 
 
 def _ends(line: Polyline) -> list[_End]:
@@ -94,14 +142,25 @@ def _ends(line: Polyline) -> list[_End]:
         nodes = line.nodes_mm[first : last + 1]
         if is_closed(nodes):
             continue
-        for place, before, side in ((nodes[0], nodes[1], -1.0), (nodes[-1], nodes[-2], 1.0)):
-            ahead = (place - before) / np.linalg.norm(place - before)
-            found.append(_End(place, ahead, side * np.array([-ahead[1], ahead[0]])))
+        for way, side in ((nodes[::-1], -1.0), (nodes, 1.0)):
+            place = way[-1]
+            ahead = (place - way[-2]) / np.linalg.norm(place - way[-2])
+            far = way[np.linalg.norm(way - place, axis=1) > _ROUNDING_MM]
+            onward = place - (far[-1] if len(far) else way[0])
+            normal = side * np.array([-ahead[1], ahead[0]])
+            found.append(_End(place, ahead, onward / np.linalg.norm(onward), normal))
     return found
 
 
 def _beyond(
-    end: _End, ahead: Floats, angle: Floats, axis: Axis, field: Field, tallest_mm: float
+    end: _End,
+    ahead: Floats,
+    angle: Floats,
+    axis: Axis,
+    field: Field,
+    tallest_mm: float,
+    *,
+    seen: bool,
 ) -> list[Burr]:
     """The runs of columns that go on where most end."""
     radius = max(float(end.place[1]), field.spacing_mm)
@@ -113,11 +172,12 @@ def _beyond(
     known = np.isfinite(reach)
     if np.count_nonzero(known) < _FEWEST:
         return []
-    off = reach - np.median(reach[known])
+    off = reach - _usual(reach, known, field.spacing_mm / np.sqrt(12.0), bent=seen)
     if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
         return []
     scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
-    further = _further(np.where(known, off, np.nan) / field.spacing_mm, closed=field.closed)
+    windows = _WINDOWS_SEEN if seen else _WINDOWS
+    further = _further(np.where(known, off, np.nan) / field.spacing_mm, windows, closed=field.closed)
     if np.count_nonzero(further) > _MOST * np.count_nonzero(known):
         return []
     burrs = []
@@ -130,14 +190,33 @@ def _beyond(
     return burrs
 
 
-def _further(off: Floats, *, closed: bool) -> Bools:
+def _usual(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
+    """(columns,) how far the surface reaches without burrs: as far everywhere, or ``bent`` as a parabola.
+
+    What hides the end of a surface does so further, or less far, to either side.
+    """
+    middle = np.full(len(reach), float(np.median(reach[known])))
+    if not bent:
+        return middle
+    at = np.linspace(-1.0, 1.0, len(reach))
+    for _ in range(_PASSES):
+        share = (reach[known] - middle[known]) / (TUKEY * sigma_mm)
+        weight = np.maximum(1.0 - share**2, 0.0)
+        if np.count_nonzero(weight) < _FEWEST:
+            break
+        middle = np.polyval(np.polyfit(at[known], reach[known], 2, w=weight), at)
+    return middle
+
+
+def _further(off: Floats, windows: _Windows, *, closed: bool) -> Bools:
     """Columns that run on: alone, or in the mean with those beside them.
 
     ``off`` is in vertex spacings, NaN where nothing is known.
     """
-    known, mode = np.isfinite(off), _WRAP if closed else _CONSTANT
+    mode: Literal["wrap", "constant"] = "wrap" if closed else "constant"
+    known = np.isfinite(off)
     values, further = np.where(known, off, 0.0), np.zeros(len(off), np.bool_)
-    for size, least in _WINDOWS:
+    for size, least in windows:
         if size > len(off):
             continue
         share = ndimage.uniform_filter1d(known.astype(float), size, mode=mode)

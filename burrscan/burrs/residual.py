@@ -98,7 +98,9 @@ def burrs_residual(
 
     """
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
-    found = convincing(field, regions(field, false_calls_per_wheel=false_calls_per_wheel))
+    found = convincing(
+        field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
+    )
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings)
     certain = _with_a_curve_around(certain, field, faces)
@@ -118,7 +120,8 @@ def burrs_residual(
             seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen]
-    burrs += past_end(vertices_mm, axis, polyline_of(generatrix), field, tallest_mm=tallest_mm)
+    line, eye_mm = polyline_of(generatrix), None if sight is None else np.zeros(3)
+    burrs += past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm)
     if sight is not None:
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
