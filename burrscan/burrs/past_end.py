@@ -31,11 +31,17 @@ _BEYOND = 2.5
 """Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
 _Windows = tuple[tuple[int, float], ...]
 _WINDOWS: _Windows = ((1, _BEYOND),)
-_WINDOWS_SEEN: _Windows = ((1, _BEYOND), (9, 1.0), (27, 0.5))
+_WINDOWS_SEEN: _Windows = ((1, _BEYOND), (9, 1.0), (27, 0.8))
 """Columns of which the mean is taken, and by how many vertex spacings it must be further: in the outline of
 one view pixels err by half of one, each for itself; a mesh of many may end in teeth, or at a cut."""
+_FLANK, _GUARD = 9, 2
+"""Columns to either side of a burr that are lower, and those between that are its ends."""
+_LOWER = 0.5
+"""Share of a burr's reach that they have at most."""
 _PASSES = 5
 """Fits of that parabola, each weighing by the misfit of the last."""
+_PIXEL = 2.0
+"""Standard deviations, of what is evenly spread over a pixel, that are a pixel and a bit to either side."""
 _KNOWN = 0.7
 """Share of a window's columns that must be known."""
 _SIGMAS = 6.0
@@ -185,6 +191,8 @@ def _beyond(
         place = run % columns
         high = off[place[further[place] & known[place]]]
         tall = float(np.quantile(high, _TALL)) if len(high) >= _LEAST_COLUMNS else np.inf
+        if seen and not _steps(np.where(known, off, np.nan), run):
+            continue
         if high.max(initial=0.0) < tallest_mm and tall < len(run) * field.arc[1] / columns * radius:
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
@@ -193,14 +201,16 @@ def _beyond(
 def _usual(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
     """(columns,) how far the surface reaches without burrs: as far everywhere, or ``bent`` as a parabola.
 
-    What hides the end of a surface does so further, or less far, to either side.
+    What hides the end of a surface does so further, or less far, to either side. Burrs only reach further: what
+    does by more than a pixel's worth has no say, what falls short has as in Tukey's biweight.
     """
     middle = np.full(len(reach), float(np.median(reach[known])))
     if not bent:
         return middle
     at = np.linspace(-1.0, 1.0, len(reach))
     for _ in range(_PASSES):
-        share = (reach[known] - middle[known]) / (TUKEY * sigma_mm)
+        rest = reach[known] - middle[known]
+        share = rest / np.where(rest > 0.0, _PIXEL, TUKEY) / sigma_mm
         weight = np.maximum(1.0 - share**2, 0.0)
         if np.count_nonzero(weight) < _FEWEST:
             break
@@ -230,6 +240,17 @@ def _further(off: Floats, windows: _Windows, *, closed: bool) -> Bools:
         level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
         further |= (level > 0.0) & known & (values > 0.5 * level)
     return further
+
+
+def _steps(off: Floats, run: Ints) -> bool:
+    """Whether columns that run on stand out from those before and after them: else it is a slope."""
+    level = float(np.nanmedian(off[run % len(off)]))
+    flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
+    for flank in flanks:
+        beside = off[flank % len(off)]
+        if np.isfinite(beside).mean() < _KNOWN or np.nanmean(beside) > _LOWER * level:
+            return False
+    return True
 
 
 def _runs(further: Bools, *, closed: bool) -> list[Ints]:
