@@ -201,8 +201,8 @@ def _beyond(
 def _usual(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
     """(columns,) how far the surface reaches without burrs: as far everywhere, or ``bent`` as a parabola.
 
-    What hides the end of a surface does so further, or less far, to either side. Burrs only reach further: what
-    does by more than a pixel's worth has no say, what falls short has as in Tukey's biweight.
+    What hides the end of a surface does so further, or less far, to either side. Burrs only reach further:
+    what does by more than a pixel's worth has no say, what falls short has as in Tukey's biweight.
     """
     middle = np.full(len(reach), float(np.median(reach[known])))
     if not bent:

@@ -8,10 +8,13 @@ import pytest
 from bench.synthetic.depth_view import single_view
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs import describe, detect, field, local_cfar, residual
+from burrscan.burrs import describe, detect, field, local_cfar, past_end, residual
+from burrscan.burrs.noise import correlated_noise
+from burrscan.burrs.noise.border import inner
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.generatrix import curve
-from burrscan.inspection import Burr
+from burrscan.generatrix.polyline import polyline_of
+from burrscan.inspection import Burr, Inspection
 from scenes.wheel import RimBurr, build_wheel, load_wheel
 
 _HEIGHT_MM, _RADIUS_MM = 1.2, 70.0
@@ -172,8 +175,14 @@ def test_the_noise_of_the_face_past_the_edge_hides_no_burr(monkeypatch: pytest.M
     vertices, faces = from_above(rim(0.0, 20.0, 0.8, 1.0), up_rad=0.5)
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     across = (radius < _RADIUS_MM - 2.0) & (abs(vertices[:, 2] - 20.0) < 1.0)
-    vertices[across, 2] += np.random.default_rng(1).normal(0.0, 0.4, np.count_nonzero(across))
-    assert [burr.side for burr in inspect_mesh(vertices, faces).burrs] == ["protrusion"]
+    angle = np.arctan2(vertices[:, 1], vertices[:, 0])
+    patches = np.random.default_rng(1).normal(
+        0.0, 0.4, (72, 40)
+    )  # of 5 degrees and 2 mm: long boxes see them
+    place = (np.degrees(angle[across]) + 180.0) // 5.0, radius[across] // 2.0
+    vertices[across, 2] += patches[place[0].astype(int), place[1].astype(int)]
+    on_rim = [burr for burr in inspect_mesh(vertices, faces).burrs if burr.T_mesh_burr[0, 3] > 69.0]
+    assert [burr.side for burr in on_rim] == ["protrusion"]
     monkeypatch.setattr(local_cfar, "_ONE_FACE", -1.0)
     assert not inspect_mesh(vertices, faces).burrs
 
@@ -255,3 +264,130 @@ def test_a_burr_past_the_end_of_a_whole_tube_may_lie_where_its_angles_begin(at_d
     assert abs(np.degrees(np.angle(np.exp(1j * (np.arctan2(y, x) - np.radians(at_deg)))))) < 1.0
     assert burr.length_mm.value == pytest.approx(np.radians(12.0) * 50.0, abs=1.5)
     assert burr.height_mm.value == pytest.approx(3.0, abs=0.5)
+
+
+def of_a_scan(seen: Seen) -> int:
+    """How many burrs the depth of a scan shows: it is not judged by what is open beside them."""
+    found = inspect_mesh(*seen)
+    shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
+    regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
+    return len(residual._certain(shown, regions, found.axis, 1e-6, None))
+
+
+def never(*_: object, **__: object) -> Bools:
+    return np.zeros(1, np.bool_)
+
+
+@pytest.mark.parametrize(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])
+def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
+    monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
+) -> None:
+    """From below a burr stands between the wheel and nothing: hardly a vertex of it is off the border."""
+    seen = from_above(rim(0.0, 30.0, height_mm, 0.8), up_rad=up_rad)
+    assert of_a_scan(seen) == 1
+    with monkeypatch.context() as planted:
+        planted.setattr(residual, "_THROUGH", 2.0)
+        assert of_a_scan(seen) == 0
+    with monkeypatch.context() as planted:
+        planted.setattr("burrscan.burrs.edges._at_end", never)
+        assert of_a_scan(seen) == 0
+
+
+def test_the_border_of_an_edge_is_compared_with_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, faces = from_above(rim(0.0, 30.0, 0.6, 0.8), up_rad=-0.2)
+    limb = ~inner(faces, len(vertices)) & (vertices[:, 2] < 10.0)
+    vertices[limb] += np.random.default_rng(0).normal(0.0, 0.2, (np.count_nonzero(limb), 3))
+    found = inspect_mesh(vertices, faces)
+    shown = field.field_of(vertices, faces, found.axis, found.generatrix, sigma_mm=0.03)
+    x, y, z = vertices[shown.vertex].T
+    near = (np.abs(z - 20.0) < 1.5) & (np.hypot(x, y) > 69.0)
+    (on,) = np.nonzero(near & (np.abs(np.arctan2(y, x)) < np.radians(16.0)))
+    doubt = correlated_noise.doubt_of(shown)
+
+    def shared_mm() -> float:
+        return correlated_noise.noise_around(shown, doubt, on, on, ragged=True).shared_mm
+
+    assert shared_mm() < 0.08
+    monkeypatch.setattr(correlated_noise, "_FEWEST_BORDERS", len(vertices))
+    assert shared_mm() > 0.16
+
+
+def test_what_stands_two_vertices_off_the_border_is_none_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The end face begins where most vertices are its border: those of a burr there are not."""
+    seen = from_above(rim(0.0, 8.0, 1.5, 1.2, "axial"), up_rad=0.1)
+    found = inspect_mesh(*seen)
+
+    def bordering() -> float:
+        shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
+        x, y, z = seen[0][shown.vertex].T
+        on = (np.abs(np.arctan2(y, x)) < np.radians(3.5)) & (z > 20.3) & (np.hypot(x, y) > 68.0)
+        return float(shown.border[on].mean())
+
+    assert bordering() < 0.75
+    monkeypatch.setattr(field, "deep", lambda _, inside: np.zeros_like(inside))
+    assert bordering() == 1.0
+
+
+def test_the_core_of_a_burr_that_waves_have_joined_to_much_else_is_called() -> None:
+    vertices, faces = from_above(rim(0.0, 10.0, 0.8, 1.0), up_rad=0.5)
+    found = inspect_mesh(vertices, faces)
+    shown = field.field_of(vertices, faces, found.axis, found.generatrix, sigma_mm=0.03)
+    burr = max(detect.regions(shown, false_calls_per_wheel=1e-6), key=lambda one: one.significance)
+    joined = detect.Region(
+        detect.widened(burr.cells, 20, 25, closed=False), 1, burr.significance, burr.inflation, burr.box
+    )
+    assert not local_cfar.convincing(shown, [joined])
+    (core,) = local_cfar.convincing(shown, [joined], cores=True)
+    assert (core.cells & burr.cells).sum() > 0.8 * core.cells.sum()
+
+
+def outlines(seen: Seen, *, up_rad: float) -> tuple[tuple[Burr, ...], Inspection]:
+    """What the outline shows, seen from far away, and what was found without it."""
+    found = inspect_mesh(*seen)
+    shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=None)
+    eye = 1e5 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
+    line = polyline_of(found.generatrix)
+    burrs = past_end.past_end(seen[0], found.axis, line, shown, tallest_mm=5.0, eye_mm=eye)
+    return tuple(burrs), found
+
+
+@pytest.mark.parametrize(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)])
+def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
+    monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
+) -> None:
+    """A pixel is half a millimetre: no column alone is sure, and beside the edge nothing stands off."""
+    seen = from_above(rim(0.0, 30.0, height_mm, 1.0, "axial"), up_rad=up_rad)
+    (burr,), found = outlines(seen, up_rad=up_rad)
+    assert not found.burrs
+    assert burr.angle_deg.value == pytest.approx(0.0, abs=1.0)
+    assert burr.length_mm.value == pytest.approx(np.radians(30.0) * _RADIUS_MM, abs=1.5)
+    assert abs(burr.height_mm.value - height_mm) < 3.0 * burr.height_mm.sigma
+    monkeypatch.setattr(past_end, "_WINDOWS_SEEN", past_end._WINDOWS)
+    assert outlines(seen, up_rad=up_rad)[0] == ()
+
+
+@pytest.mark.parametrize("up_rad", [-0.15, 0.03, 0.2])
+@pytest.mark.parametrize("name", ["paper", "cone"])
+def test_an_outline_without_steps_has_none(name: str, up_rad: float) -> None:
+    wheel = build_wheel(load_wheel(name), [], facet_error_mm=0.01)
+    view = -np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
+    assert outlines(single_view(*wheel.welded(), view, sigma=0.03), up_rad=up_rad)[0] == ()
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.03])
+def test_an_end_that_is_hidden_more_to_one_side_is_no_step(
+    monkeypatch: pytest.MonkeyPatch, slope: float
+) -> None:
+    """What hides the end of a cylinder may end at a slope, or at a bend: a burr begins and ends."""
+    angle, z = np.meshgrid(np.radians(np.arange(-70.0, 70.0, 0.4)), np.arange(0.0, 34.0, 0.5), indexing="ij")
+    keep = z < 30.0 + slope * np.degrees(np.maximum(angle - np.radians(25.0), 0.0))
+    number = np.full(z.shape, -1)
+    number[keep] = np.arange(np.count_nonzero(keep))
+    radius = np.where(z < 12.0, 70.0, 60.0) + np.random.default_rng(3).normal(0.0, 0.02, z.shape)
+    vertices = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)[keep]
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
+    seen = vertices, faces[(faces >= 0).all(axis=1)].astype(np.int32)
+    assert outlines(seen, up_rad=0.0)[0] == ()
+    monkeypatch.setattr(past_end, "_steps", lambda *_: True)
+    assert len(outlines(seen, up_rad=0.0)[0]) == (slope > 0.0)
