@@ -7,51 +7,37 @@ straight line, and there it does not.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
+from burrscan.burrs.reach import (
+    BEYOND,
+    FEWEST,
+    WINDOWS,
+    WINDOWS_SEEN,
+    further,
+    runs_of,
+    steps_out,
+    usual_reach,
+)
 from burrscan.generatrix.polyline import Polyline, is_closed
 from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Burr, Value
 from burrscan.pose import placed
-from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
+from burrscan.robust import SIGMA_PER_MEDIAN
 
 _STRAIGHT = 0.6
 """Share of the columns that end within a vertex spacing of the median: a straight edge. Where fewer do, what
 is seen ends in a shadow, at the horizon or in a tread."""
-_FEWEST = 12
-"""Columns by which a straight edge is told: of fewer six in ten may be alike by chance."""
-_BEYOND = 2.5
-"""Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
-_Windows = tuple[tuple[int, float], ...]
-_WINDOWS: _Windows = ((1, _BEYOND),)
-_WINDOWS_SEEN: _Windows = ((1, _BEYOND), (9, 1.0), (27, 0.8))
-"""Columns of which the mean is taken, and by how many vertex spacings it must be further: in the outline of
-one view pixels err by half of one, each for itself; a mesh of many may end in teeth, or at a cut."""
-_FLANK, _GUARD = 9, 2
-"""Columns to either side of a burr that are lower, and those between that are its ends."""
-_LOWER = 0.5
-"""Share of a burr's reach that they have at most."""
-_PASSES = 5
-"""Fits of that parabola, each weighing by the misfit of the last."""
-_PIXEL = 2.0
-"""Standard deviations, of what is evenly spread over a pixel, that are a pixel and a bit to either side."""
-_KNOWN = 0.7
-"""Share of a window's columns that must be known."""
-_SIGMAS = 6.0
-"""And so many times the scatter of the ends."""
 _LEAST_COLUMNS = 3
 """A burr is so many columns wide; single vertices fly. And it is longer than high: bars and pegs are not."""
 _TALL = 0.8
 """Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
-_GAP = 3
-"""Columns without a vertex that may lie within a burr."""
 _MOST = 0.4
 """Share of the columns that may run on: with more the edge is elsewhere."""
 _ROUNDING_MM = 3.0
@@ -120,7 +106,7 @@ def past_end(
             faced = np.ones(len(away), np.bool_)
         else:
             ahead, off, faced = _across(end, places, profile.angle, eye)
-        near = faced & (ahead > -_BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
+        near = faced & (ahead > -BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
         near &= np.abs(off) < slack + _SLOPE * np.abs(ahead)
         found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm, seen=eye is not None)
     return found
@@ -176,92 +162,26 @@ def _beyond(
     reach = np.full(columns, -np.inf)
     np.maximum.at(reach, column, ahead)
     known = np.isfinite(reach)
-    if np.count_nonzero(known) < _FEWEST:
+    if np.count_nonzero(known) < FEWEST:
         return []
-    off = reach - _usual(reach, known, field.spacing_mm / np.sqrt(12.0), bent=seen)
+    off = reach - usual_reach(reach, known, field.spacing_mm / np.sqrt(12.0), bent=seen)
     if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
         return []
     scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
-    windows = _WINDOWS_SEEN if seen else _WINDOWS
-    further = _further(np.where(known, off, np.nan) / field.spacing_mm, windows, closed=field.closed)
-    if np.count_nonzero(further) > _MOST * np.count_nonzero(known):
+    windows = WINDOWS_SEEN if seen else WINDOWS
+    beyond = further(np.where(known, off, np.nan) / field.spacing_mm, windows, closed=field.closed)
+    if np.count_nonzero(beyond) > _MOST * np.count_nonzero(known):
         return []
     burrs = []
-    for run in _runs(further, closed=field.closed):
+    for run in runs_of(beyond, closed=field.closed):
         place = run % columns
-        high = off[place[further[place] & known[place]]]
+        high = off[place[beyond[place] & known[place]]]
         tall = float(np.quantile(high, _TALL)) if len(high) >= _LEAST_COLUMNS else np.inf
-        if seen and not _steps(np.where(known, off, np.nan), run):
+        if seen and not steps_out(np.where(known, off, np.nan), run):
             continue
         if high.max(initial=0.0) < tallest_mm and tall < len(run) * field.arc[1] / columns * radius:
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
-
-
-def _usual(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
-    """(columns,) how far the surface reaches without burrs: as far everywhere, or ``bent`` as a parabola.
-
-    What hides the end of a surface does so further, or less far, to either side. Burrs only reach further:
-    what does by more than a pixel's worth has no say, what falls short has as in Tukey's biweight.
-    """
-    middle = np.full(len(reach), float(np.median(reach[known])))
-    if not bent:
-        return middle
-    at = np.linspace(-1.0, 1.0, len(reach))
-    for _ in range(_PASSES):
-        rest = reach[known] - middle[known]
-        share = rest / np.where(rest > 0.0, _PIXEL, TUKEY) / sigma_mm
-        weight = np.maximum(1.0 - share**2, 0.0)
-        if np.count_nonzero(weight) < _FEWEST:
-            break
-        middle = np.polyval(np.polyfit(at[known], reach[known], 2, w=weight), at)
-    return middle
-
-
-def _further(off: Floats, windows: _Windows, *, closed: bool) -> Bools:
-    """Columns that run on: alone, or in the mean with those beside them.
-
-    ``off`` is in vertex spacings, NaN where nothing is known.
-    """
-    mode: Literal["wrap", "constant"] = "wrap" if closed else "constant"
-    known = np.isfinite(off)
-    values, further = np.where(known, off, 0.0), np.zeros(len(off), np.bool_)
-    for size, least in windows:
-        if size > len(off):
-            continue
-        share = ndimage.uniform_filter1d(known.astype(float), size, mode=mode)
-        mean = ndimage.uniform_filter1d(values, size, mode=mode) / np.maximum(share, 1e-9)
-        full = share >= _KNOWN
-        if not full.any():
-            continue
-        middle = float(np.median(mean[full]))
-        scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(mean[full] - middle)))
-        centres = full & (mean - middle > max(least, _SIGMAS * scatter))
-        level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
-        further |= (level > 0.0) & known & (values > 0.5 * level)
-    return further
-
-
-def _steps(off: Floats, run: Ints) -> bool:
-    """Whether columns that run on stand out from those before and after them: else it is a slope."""
-    level = float(np.nanmedian(off[run % len(off)]))
-    flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
-    for flank in flanks:
-        beside = off[flank % len(off)]
-        if np.isfinite(beside).mean() < _KNOWN or np.nanmean(beside) > _LOWER * level:
-            return False
-    return True
-
-
-def _runs(further: Bools, *, closed: bool) -> list[Ints]:
-    """Stretches of columns, with gaps of single ones; a closed field's may go on past its last column."""
-    start = int(np.argmin(further | np.roll(further, -1))) if closed else 0  # where no stretch is cut
-    at = start + np.flatnonzero(np.roll(further, -start))
-    if not len(at):
-        return []
-    return [
-        np.arange(run[0], run[-1] + 1) for run in np.split(at, np.flatnonzero(np.diff(at) > 1 + _GAP) + 1)
-    ]
 
 
 def _burr(

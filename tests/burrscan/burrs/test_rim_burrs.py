@@ -8,7 +8,7 @@ import pytest
 from bench.synthetic.depth_view import single_view
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs import describe, detect, field, local_cfar, past_end, residual
+from burrscan.burrs import describe, detect, field, local_cfar, past_end, reach, residual
 from burrscan.burrs.noise import correlated_noise
 from burrscan.burrs.noise.border import inner
 from burrscan.burrs.openings import MOST_OPEN, Openings
@@ -362,7 +362,7 @@ def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
     assert burr.angle_deg.value == pytest.approx(0.0, abs=1.0)
     assert burr.length_mm.value == pytest.approx(np.radians(30.0) * _RADIUS_MM, abs=1.5)
     assert abs(burr.height_mm.value - height_mm) < 3.0 * burr.height_mm.sigma
-    monkeypatch.setattr(past_end, "_WINDOWS_SEEN", past_end._WINDOWS)
+    monkeypatch.setattr(past_end, "WINDOWS_SEEN", reach.WINDOWS)
     assert outlines(seen, up_rad=up_rad)[0] == ()
 
 
@@ -389,5 +389,5 @@ def test_an_end_that_is_hidden_more_to_one_side_is_no_step(
     faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
     seen = vertices, faces[(faces >= 0).all(axis=1)].astype(np.int32)
     assert outlines(seen, up_rad=0.0)[0] == ()
-    monkeypatch.setattr(past_end, "_steps", lambda *_: True)
+    monkeypatch.setattr(past_end, "steps_out", lambda *_: True)
     assert len(outlines(seen, up_rad=0.0)[0]) == (slope > 0.0)

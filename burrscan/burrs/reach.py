@@ -1,0 +1,103 @@
+"""Which columns of an edge reach further than the edge does: alone, or in the mean with those beside them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy import ndimage
+
+from burrscan.arrays import Bools, Floats, Ints
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
+
+Windows = tuple[tuple[int, float], ...]
+
+FEWEST = 12
+"""Columns by which a straight edge is told: of fewer six in ten may be alike by chance."""
+BEYOND = 2.5
+"""Vertex spacings by which a column must run on: an edge that smears is a vertex too long, or two."""
+WINDOWS: Windows = ((1, BEYOND),)
+"""Columns of which the mean is taken, and by how many vertex spacings it must be further: a mesh of many
+views may end in teeth, or at a cut."""
+WINDOWS_SEEN: Windows = ((1, BEYOND), (9, 1.0), (27, 0.8))
+"""The same in the outline of one view, in which pixels err by half of one, each for itself."""
+_SIGMAS = 6.0
+"""By so many times the scatter of such means, too."""
+_KNOWN = 0.7
+"""Share of a window's columns that must be known."""
+_FLANK, _GUARD = 9, 2
+"""Columns to either side of a burr that are lower, and those between that are its ends."""
+_LOWER = 0.5
+"""Share of a burr's reach that they have at most."""
+_PASSES = 5
+"""Fits of that parabola, each weighing by the misfit of the last."""
+_PIXEL = 2.0
+"""Standard deviations, of what is evenly spread over a pixel, that are a pixel and a bit to either side."""
+_GAP = 3
+"""Columns without a vertex that may lie within a burr."""
+
+
+def usual_reach(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
+    """(columns,) how far the surface reaches without burrs: as far everywhere, or ``bent`` as a parabola.
+
+    What hides the end of a surface does so further, or less far, to either side. Burrs only reach further:
+    what does by more than a pixel's worth has no say, what falls short has as in Tukey's biweight.
+    """
+    middle = np.full(len(reach), float(np.median(reach[known])))
+    if not bent:
+        return middle
+    at = np.linspace(-1.0, 1.0, len(reach))
+    for _ in range(_PASSES):
+        rest = reach[known] - middle[known]
+        share = rest / np.where(rest > 0.0, _PIXEL, TUKEY) / sigma_mm
+        weight = np.maximum(1.0 - share**2, 0.0)
+        if np.count_nonzero(weight) < FEWEST:
+            break
+        middle = np.polyval(np.polyfit(at[known], reach[known], 2, w=weight), at)
+    return middle
+
+
+def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
+    """Columns that run on: alone, or in the mean with those beside them.
+
+    ``off`` is in vertex spacings, NaN where nothing is known.
+    """
+    mode: Literal["wrap", "constant"] = "wrap" if closed else "constant"
+    known = np.isfinite(off)
+    values, found = np.where(known, off, 0.0), np.zeros(len(off), np.bool_)
+    for size, least in windows:
+        if size > len(off):
+            continue
+        share = ndimage.uniform_filter1d(known.astype(float), size, mode=mode)
+        mean = ndimage.uniform_filter1d(values, size, mode=mode) / np.maximum(share, 1e-9)
+        full = share >= _KNOWN
+        if not full.any():
+            continue
+        middle = float(np.median(mean[full]))
+        scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(mean[full] - middle)))
+        centres = full & (mean - middle > max(least, _SIGMAS * scatter))
+        level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
+        found |= (level > 0.0) & known & (values > 0.5 * level)
+    return found
+
+
+def steps_out(off: Floats, run: Ints) -> bool:
+    """Whether columns that run on stand out from those before and after them: else it is a slope."""
+    level = float(np.nanmedian(off[run % len(off)]))
+    flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
+    for flank in flanks:
+        beside = off[flank % len(off)]
+        if np.isfinite(beside).mean() < _KNOWN or np.nanmean(beside) > _LOWER * level:
+            return False
+    return True
+
+
+def runs_of(columns: Bools, *, closed: bool) -> list[Ints]:
+    """Stretches of columns, with gaps of single ones; a closed field's may go on past its last column."""
+    start = int(np.argmin(columns | np.roll(columns, -1))) if closed else 0  # where no stretch is cut
+    at = start + np.flatnonzero(np.roll(columns, -start))
+    if not len(at):
+        return []
+    return [
+        np.arange(run[0], run[-1] + 1) for run in np.split(at, np.flatnonzero(np.diff(at) > 1 + _GAP) + 1)
+    ]
