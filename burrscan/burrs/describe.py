@@ -200,7 +200,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, 
     area = _area(ridge)
     volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     angle, vertex = _middle(site, ridge, frame, field.spacing_mm)
-    z_low, z_high = _reach_z(field, site, frame.patch, ridge, vertex)
+    z_low, z_high = _reach_z(field, site, frame, ridge, vertex)
     return Burr(
         side=side,
         angle_deg=Value(float(np.degrees(angle.value)), float(np.degrees(angle.sigma))),
@@ -253,9 +253,17 @@ def _middle(site: Site, ridge: Ridge, frame: _Frame, spacing: float) -> tuple[Va
     return Value(angle, float(np.hypot(across * b, 0.3 * spacing * a)) / radius), int(site.chosen[nearest])
 
 
-def _reach_z(field: Field, site: Site, patch: Patch, ridge: Ridge, vertex: int) -> tuple[float, float]:
-    """Least and greatest axial position under the burr, its middle (below ``vertex``) included."""
+def _reach_z(field: Field, site: Site, frame: _Frame, ridge: Ridge, vertex: int) -> tuple[float, float]:
+    """Least and greatest axial position under the burr, its middle (below ``vertex``) included.
+
+    What runs around the wheel and stands up along the axis reaches as far as it stands up: on the edge of an
+    end face nothing is under it.
+    """
+    patch = frame.patch
     on = (ridge.shape(patch) > 0.0) & (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
-    z = field.foot[site.chosen[on], 0] if on.any() else field.foot[site.chosen, 0]
-    middle = field.foot[vertex, 0]
-    return float(min(z.min(), middle)), float(max(z.max(), middle))
+    under = site.chosen[on] if on.any() else site.chosen
+    z = np.append(field.foot[under, 0], field.foot[vertex, 0])
+    if site.sign > 0 and abs(frame.direction[0]) > frame.direction[1]:
+        stands = site.chosen[site.on]
+        z = np.append(z, field.foot[stands, 0] + field.deviation_mm[stands] * field.normal[stands, 0])
+    return float(z.min()), float(z.max())

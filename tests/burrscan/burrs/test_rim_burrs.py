@@ -391,3 +391,11 @@ def test_an_end_that_is_hidden_more_to_one_side_is_no_step(
     assert outlines(seen, up_rad=0.0)[0] == ()
     monkeypatch.setattr(past_end, "steps_out", lambda *_: True)
     assert len(outlines(seen, up_rad=0.0)[0]) == (slope > 0.0)
+
+
+def test_a_burr_that_stands_up_along_the_axis_reaches_as_far_as_it_stands_up() -> None:
+    """Under it is the edge alone, at z = 20."""
+    vertices, faces = from_above(rim(0.0, 20.0, 1.5, 1.0, "axial"), up_rad=0.6)
+    (burr,) = inspect_mesh(vertices, faces).burrs
+    ends = sorted(burr.T_mesh_burr[2, 3] + np.array([0.0, burr.z_end_mm.value - burr.z_start_mm.value]))
+    assert ends == pytest.approx([20.0, 21.5], abs=0.3)
