@@ -245,6 +245,7 @@ def _gridded(
     deviation = _flattened(deviation, along, step_mm, cell[:, 0], sector, spread, even)
     local = _local_noise(deviation, cell[:, 0], sector, spread)
     sigma = np.maximum(local, calibrated(stated, deviation))
+    # what stands up on an edge and is off the border by more than one vertex does not follow it: it is a burr
     doubtful = ~((deep_in & (deviation > 0.0)) | (counts & _mostly(counts, cell, shape[0])))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
     count, score = _summed(deviation, sigma, cell, shape)
@@ -299,10 +300,7 @@ def _cells(
 
 
 def _mostly(counts: Bools, cell: Ints32, rows: int) -> Bools:
-    """(N,) True in rows most of whose vertices count: the others follow an edge all the way round.
-
-    What stands up there and is off the border by more than one vertex does not: it is a burr on that edge.
-    """
+    """(N,) True in rows most of whose vertices count: the others follow an edge all the way round."""
     every = np.bincount(cell[:, 0], minlength=rows)
     good = np.bincount(cell[:, 0], weights=counts, minlength=rows)
     most: Bools = (2.0 * good >= every)[cell[:, 0]]

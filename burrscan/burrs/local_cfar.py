@@ -57,12 +57,14 @@ def convincing(field: Field, regions: list[Region], *, cores: bool = False) -> l
     taken = np.zeros(field.count.shape, np.bool_)
     chosen: dict[int, Region] = {}
     for number in sorted(range(len(regions)), key=peaks.__getitem__, reverse=True):
-        whole = regions[number]
-        for region in (whole, _core(field, whole)) if cores else (whole,):
-            if region and stands_out(field, region, peak_mm(field, region), without=taken):
-                taken |= widened(region.cells, _GUARD, _GUARD, closed=field.closed)
-                chosen[number] = region
-                break
+        found: Region | None = regions[number]
+        if not stands_out(field, regions[number], peaks[number], without=taken):
+            found = _core(field, regions[number]) if cores else None
+            if found and not stands_out(field, found, peak_mm(field, found), without=taken):
+                found = None
+        if found:
+            taken |= widened(found.cells, _GUARD, _GUARD, closed=field.closed)
+            chosen[number] = found
     return [chosen[number] for number in sorted(chosen)]
 
 

@@ -122,10 +122,11 @@ def _across(end: _End, places: Floats, angle: Floats, eye: Floats) -> tuple[Floa
     sight = there - places
     sight /= np.linalg.norm(sight, axis=1)[:, None]
     across = np.stack([-sight[:, 1], sight[:, 0]], axis=1)
-    steep = across @ end.onward
+    slant = across @ end.onward
+    steep = np.abs(slant) > _STEEP
     away = places - end.place
-    ahead = (away * across).sum(axis=1) / np.where(np.abs(steep) > _STEEP, steep, np.inf)
-    return ahead, (away * sight).sum(axis=1), (np.cos(turn) > _ASIDE) & (np.abs(steep) > _STEEP)
+    ahead = (away * across).sum(axis=1) / np.where(steep, slant, np.inf)
+    return ahead, (away * sight).sum(axis=1), (np.cos(turn) > _ASIDE) & steep
 
 
 def _ends(line: Polyline) -> list[_End]:
@@ -165,21 +166,21 @@ def _beyond(
     if np.count_nonzero(known) < FEWEST:
         return []
     off = reach - usual_reach(reach, known, field.spacing_mm / np.sqrt(12.0), bent=seen)
+    off[~known] = np.nan
     if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
         return []
     scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
     windows = WINDOWS_SEEN if seen else WINDOWS
-    beyond = further(np.where(known, off, np.nan) / field.spacing_mm, windows, closed=field.closed)
+    beyond = further(off / field.spacing_mm, windows, closed=field.closed)
     if np.count_nonzero(beyond) > _MOST * np.count_nonzero(known):
         return []
     burrs = []
     for run in runs_of(beyond, closed=field.closed):
         place = run % columns
-        high = off[place[beyond[place] & known[place]]]
-        tall = float(np.quantile(high, _TALL)) if len(high) >= _LEAST_COLUMNS else np.inf
-        if seen and not steps_out(np.where(known, off, np.nan), run):
+        high = off[place[beyond[place]]]
+        if len(high) < _LEAST_COLUMNS or high.max() >= tallest_mm or (seen and not steps_out(off, run)):
             continue
-        if high.max(initial=0.0) < tallest_mm and tall < len(run) * field.arc[1] / columns * radius:
+        if np.quantile(high, _TALL) < len(run) * field.arc[1] / columns * radius:
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
 

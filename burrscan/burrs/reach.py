@@ -34,7 +34,7 @@ _PASSES = 5
 _PIXEL = 2.0
 """Standard deviations, of what is evenly spread over a pixel, that are a pixel and a bit to either side."""
 _GAP = 3
-"""Columns without a vertex that may lie within a burr."""
+"""Columns within a burr that may be lower, or without a vertex."""
 
 
 def usual_reach(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
@@ -93,7 +93,7 @@ def steps_out(off: Floats, run: Ints) -> bool:
 
 
 def runs_of(columns: Bools, *, closed: bool) -> list[Ints]:
-    """Stretches of columns, with gaps of single ones; a closed field's may go on past its last column."""
+    """Stretches of columns, across short gaps; a closed field's may go on past its last column."""
     start = int(np.argmin(columns | np.roll(columns, -1))) if closed else 0  # where no stretch is cut
     at = start + np.flatnonzero(np.roll(columns, -start))
     if not len(at):
