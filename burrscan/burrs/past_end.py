@@ -103,11 +103,12 @@ def past_end(
         away = places - end.place
         if eye is None:
             ahead, off = away @ end.ahead, away @ end.normal
-            faced = np.ones(len(away), np.bool_)
+            faced, leans = np.ones(len(away), np.bool_), np.maximum(ahead, 0.0)
         else:
             ahead, off, faced = _across(end, places, profile.angle, eye)
+            leans = np.abs(ahead)  # the surface before the end, too
         near = faced & (ahead > -BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
-        near &= np.abs(off) < slack + _SLOPE * np.abs(ahead)
+        near &= np.abs(off) < slack + _SLOPE * leans
         found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm, seen=eye is not None)
     return found
 
