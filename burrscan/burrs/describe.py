@@ -183,14 +183,17 @@ def _cornered(field: Field, site: Site, high: float) -> Bools:
 
 
 def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
-    """Unit vector (around, along) of the region's longer side; along the curve where it has none."""
+    """Unit vector (around, along) of the region's longer side; along the curve where it has none.
+
+    Of its two senses the one that noise leaves alone where burrs lie: around the axis, and along the curve.
+    """
     xx, yy, xy = (float((weight * product).sum() / weight.sum()) for product in (x * x, y * y, x * y))
     mean, half = (xx + yy) / 2.0, np.hypot((xx - yy) / 2.0, xy)
     if mean + half < _ELONGATED**2 * (mean - half):
         return np.array([0.0, 1.0])
     turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     direction = np.array([np.cos(turn), np.sin(turn)])
-    return direction if direction[1] > 1e-9 or direction[0] > 0.0 else -direction
+    return direction if direction.sum() > 0.0 else -direction
 
 
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, axis: Axis) -> Burr:
@@ -263,7 +266,7 @@ def _reach_z(field: Field, site: Site, frame: _Frame, ridge: Ridge, vertex: int)
     on = (ridge.shape(patch) > 0.0) & (patch.u_mm >= ridge.start_mm) & (patch.u_mm <= ridge.end_mm)
     under = site.chosen[on] if on.any() else site.chosen
     z = np.append(field.foot[under, 0], field.foot[vertex, 0])
-    if site.sign > 0 and abs(frame.direction[0]) > frame.direction[1]:
+    if site.sign > 0 and abs(frame.direction[0]) > abs(frame.direction[1]):
         stands = site.chosen[site.on]
         z = np.append(z, field.foot[stands, 0] + field.deviation_mm[stands] * field.normal[stands, 0])
     return float(z.min()), float(z.max())

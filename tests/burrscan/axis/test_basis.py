@@ -109,8 +109,8 @@ def test_z_counts_from_the_meshs_origin_wherever_the_data_are() -> None:
     ids=str,
 )
 def test_noise_turns_no_burr_of_a_whole_inspection(direction: Floats) -> None:
-    """Five micrometres flipped the angle of the same burr from 10 to -80 degrees, and its z by the data's."""
-    seen = []
+    """Five micrometres flipped the angle of the same burr from 10 to -80 degrees, its z, or its own x axis."""
+    seen, along = [], []
     for seed in (1, 2):
         scan = revolution_scan(
             sigma_mm=0.005, seed=seed, shape=(300, 80), burrs=(RidgeBurr(angle_deg=10.0, z_end_mm=0.0),)
@@ -119,6 +119,8 @@ def test_noise_turns_no_burr_of_a_whole_inspection(direction: Floats) -> None:
         turn = np.column_stack([perpendicular_basis(direction), direction])
         (burr,) = burrscan.inspect_mesh(local @ turn.T, scan.faces, sigma_mm=0.005).burrs
         seen.append((burr.angle_deg.value, burr.z_start_mm.value, burr.z_end_mm.value))
+        along.append(burr.T_mesh_burr[:3, 0])
+    assert along[0] @ along[1] == pytest.approx(1.0, abs=1e-3)
     assert seen[0][0] == pytest.approx(seen[1][0], abs=0.02)
     assert seen[0][1:] == pytest.approx(seen[1][1:], abs=0.1)
     if direction[2] == 1.0:
