@@ -109,7 +109,7 @@ def test_z_counts_from_the_meshs_origin_wherever_the_data_are() -> None:
     ids=str,
 )
 def test_noise_turns_no_burr_of_a_whole_inspection(direction: Floats) -> None:
-    """Five micrometres flipped the angle of a burr from 10 to -80 degrees, its z by the data's, its x axis."""
+    """Five micrometres flipped a burr's angle from 10 to -80 degrees, its z by the data's, its own x axis."""
     seen, along = [], []
     for seed in (1, 2):
         scan = revolution_scan(
