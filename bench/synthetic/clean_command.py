@@ -28,15 +28,19 @@ from burrscan.errors import InputError
 PARTS = {**ORDINARY, "flutes": fluted, "handles": handled, "ovals": oval}
 """Kinds of parts, each with a number of its own from which its views are drawn."""
 _OFF_DEG = 1.0
-"""An axis further off than this is counted apart: what is called about it is that axis's doing."""
+"""An axis further off than this that is given as certain is a bluff."""
 
 
 @dataclass(frozen=True)
 class CleanView:
-    """One view: ``refused`` where there was no answer, else how far the axis is off, and the burrs called."""
+    """One view: ``refused`` where there was no answer, else how far the axis is off, and the burrs called.
+
+    ``flagged`` where something of the axis is left open, so that it is not given as certain.
+    """
 
     number: int
     refused: bool
+    flagged: bool
     axis_deg: float
     burrs: tuple[str, ...]
 
@@ -47,12 +51,13 @@ def clean_view(part: str, number: int, *, noise: float) -> CleanView:
     try:
         found = inspect_mesh(points, faces)
     except InputError:
-        return CleanView(number, refused=True, axis_deg=np.nan, burrs=())
+        return CleanView(number, refused=True, flagged=False, axis_deg=np.nan, burrs=())
     burrs = tuple(
         f"{burr.side} {burr.height_mm.value:.2f} mm high, {burr.length_mm.value:.1f} long"
         for burr in found.burrs
     )
-    return CleanView(number, False, axis_angle_deg(found.axis.direction, direction), burrs)
+    off_deg = axis_angle_deg(found.axis.direction, direction)
+    return CleanView(number, False, bool(found.axis.undetermined), off_deg, burrs)
 
 
 def seen(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats]:
@@ -83,14 +88,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> None:
     """Print a row for each kind, and each view with a call."""
     say = Console(soft_wrap=True, highlight=False).print
-    say("parts | views | refused | axis off by > 1° | calls | views with one")
+    say("parts | views | refused | flagged | given, axis off by > 1° | calls | views with one")
     for part in given.parts:
         views = [clean_view(part, given.first + k, noise=given.noise) for k in range(given.views)]
         called = [view for view in views if view.burrs]
         say(
             f"{part} | {len(views)} | {sum(view.refused for view in views)} | "
-            f"{sum(view.axis_deg > _OFF_DEG for view in views)} | {sum(len(view.burrs) for view in views)} | "
-            f"{len(called)}"
+            f"{sum(view.flagged for view in views)} | "
+            f"{sum(view.axis_deg > _OFF_DEG for view in views if not view.flagged)} | "
+            f"{sum(len(view.burrs) for view in views)} | {len(called)}"
         )
         for view in called:
             say(f"  view {view.number}, axis off by {view.axis_deg:.2g}°: {'; '.join(view.burrs)}")

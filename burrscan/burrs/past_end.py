@@ -38,6 +38,9 @@ _LEAST_COLUMNS = 3
 """A burr is so many columns wide; single vertices fly. And it is longer than high: bars and pegs are not."""
 _TALL = 0.8
 """Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
+_ROUND = 0.5
+"""Of the radius of the edge that it stands on, what a burr is lower than: one view shows the far wall of a
+bore, and elsewhere the bore's edge."""
 _MOST = 0.4
 """Share of the columns that may run on: with more the edge is elsewhere."""
 _ROUNDING_MM = 3.0
@@ -179,9 +182,10 @@ def _beyond(
     for run in runs_of(beyond, closed=field.closed):
         place = run % columns
         high = off[place[beyond[place]]]
-        if len(high) < _LEAST_COLUMNS or high.max() >= tallest_mm or (seen and not steps_out(off, run)):
+        if len(high) < _LEAST_COLUMNS or high.max() >= tallest_mm:
             continue
-        if np.quantile(high, _TALL) < len(run) * field.arc[1] / columns * radius:
+        low = np.quantile(high, _TALL) < min(len(run) * field.arc[1] / columns, _ROUND) * radius
+        if low and steps_out(off, run, closed=field.closed):
             burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
     return burrs
 

@@ -81,12 +81,16 @@ def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
     return found
 
 
-def steps_out(off: Floats, run: Ints) -> bool:
-    """Whether columns that run on stand out from those before and after them: else it is a slope."""
+def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:
+    """Whether columns that run on stand out from those before and after them: else it is a slope.
+
+    Past the ends of a field that is not ``closed`` nothing is known.
+    """
     level = float(np.nanmedian(off[run % len(off)]))
     flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
     for flank in flanks:
-        beside = off[flank % len(off)]
+        inside = closed | ((flank >= 0) & (flank < len(off)))
+        beside = np.where(inside, off[flank % len(off)], np.nan)
         if np.isfinite(beside).mean() < _KNOWN or np.nanmean(beside) > _LOWER * level:
             return False
     return True

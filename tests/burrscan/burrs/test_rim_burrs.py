@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.synthetic.clean_command import seen as seen_clean
 from bench.synthetic.depth_view import single_view
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Bools, Floats, Ints, Ints32
@@ -265,6 +266,15 @@ def test_a_burr_past_the_end_of_a_whole_tube_may_lie_where_its_angles_begin(at_d
     assert burr.height_mm.value == pytest.approx(3.0, abs=0.5)
 
 
+def test_what_is_as_high_as_its_edge_is_round_is_no_burr(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The far wall of a bore: of the near one the view shows the edge."""
+    seen, _ = seen_clean("spokes", 371038, noise=0.001)
+    assert not inspect_mesh(*seen).burrs
+    monkeypatch.setattr(past_end, "_ROUND", np.inf)
+    (burr,) = inspect_mesh(*seen).burrs
+    assert np.isnan(burr.width_mm.value)
+
+
 def of_a_scan(seen: Seen) -> int:
     """How many burrs the depth of a scan shows: it is not judged by what is open beside them."""
     found = inspect_mesh(*seen)
@@ -377,13 +387,28 @@ def test_an_outline_without_steps_has_none(name: str, up_rad: float) -> None:
 def test_an_end_that_is_hidden_more_to_one_side_is_no_step(
     monkeypatch: pytest.MonkeyPatch, slope: float
 ) -> None:
-    """What hides the end of a cylinder may end at a slope, or at a bend: a burr begins and ends."""
+    """What hides the end of a cylinder may end at a slope, or at a bend: a burr begins and ends.
+
+    So it is for a mesh, too, of which nobody knows from where it was seen.
+    """
     angle, z = np.meshgrid(np.radians(np.arange(-70.0, 70.0, 0.4)), np.arange(0.0, 34.0, 0.5), indexing="ij")
     keep = z < 30.0 + slope * np.degrees(np.maximum(angle - np.radians(25.0), 0.0))
     seen = stepped(angle, z, keep, (70.0, 60.0))
-    assert outlines(seen, up_rad=0.0)[0] == ()
-    monkeypatch.setattr(past_end, "steps_out", lambda *_: True)
-    assert len(outlines(seen, up_rad=0.0)[0]) == (slope > 0.0)
+    shown, found = outlines(seen, up_rad=0.0)
+    assert not shown
+    assert not found.burrs
+    monkeypatch.setattr(past_end, "steps_out", lambda *_, **__: True)
+    shown, found = outlines(seen, up_rad=0.0)
+    assert len(shown) == len(found.burrs) == (slope > 0.0)
+
+
+def test_past_the_ends_of_an_arc_nothing_is_known() -> None:
+    """What lies beside its last columns is not its first ones."""
+    off = np.zeros(60)
+    off[50:] = 1.0
+    assert not reach.steps_out(off, np.arange(50, 60), closed=False)
+    assert reach.steps_out(off, np.arange(50, 60), closed=True)
+    assert reach.steps_out(off[::-1].repeat(2)[:60], np.arange(0, 20), closed=True)
 
 
 def test_a_burr_that_stands_up_along_the_axis_reaches_as_far_as_it_stands_up() -> None:
