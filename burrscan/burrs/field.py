@@ -9,12 +9,12 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.bodies import TALLEST_MM, of_another_body
+from burrscan.burrs.bodies import TALLEST_MM, of_another_body, tallest
 from burrscan.burrs.noise.border import border_spread_mm, deep, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
-from burrscan.generatrix.deviation import REACH, feet_of, further_than, past_ends
+from burrscan.generatrix.deviation import feet_of, further_than, past_ends
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
 from burrscan.generatrix.profile import Profile, profile_of
 from burrscan.generatrix.tracing.cells import arc_of, past_start
@@ -168,7 +168,7 @@ def field_of(
 ) -> Field:
     """Compute the residual field; border vertices have a noise class of their own. O(V + T).
 
-    What runs on further than ``tallest_mm``, and a tenth of the largest radius, is left out with its foot.
+    What runs on further than a burr (:func:`burrscan.burrs.bodies.tallest`) is left out with its foot.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def field_of(
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile.z_mm, profile.r_mm, line)
-    limit_mm = max(tallest_mm, REACH * float(line.nodes_mm[:, 1].max()))
+    limit_mm = tallest(tallest_mm, float(line.nodes_mm[:, 1].max()))
     beyond = further_than(limit_mm, profile.z_mm, profile.r_mm, line, foot)
     valid = foot.valid & ~_strangers(vertices_mm, faces, axis, line, foot)
     valid &= ~of_another_body(faces, foot.distance_mm, beyond)

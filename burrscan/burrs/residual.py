@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
-from burrscan.burrs.bodies import TALLEST_MM
+from burrscan.burrs.bodies import TALLEST_MM, tallest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.edges import on_edge
@@ -81,7 +81,7 @@ def burrs_residual(
     widest_mm
         Width of the widest burr that the light is asked for.
     tallest_mm
-        What stands off further than that, and than a tenth of the largest radius, is a bar, a handle or a
+        What stands off further than that, and than a twentieth of the largest radius, is a bar, a handle or a
         fixture, and no burr; see :mod:`burrscan.burrs.bodies`.
     several_views
         Other views will confirm or deny what this one shows. So it also calls what may be an edge of
@@ -97,12 +97,15 @@ def burrs_residual(
     O(V). Detection: :mod:`burrscan.burrs.detect`; measure: :mod:`burrscan.burrs.shape.ridge`.
 
     """
+    line = polyline_of(generatrix)
+    tallest_mm = tallest(tallest_mm, float(line.nodes_mm[:, 1].max()))
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
     found = convincing(
         field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
     )
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings)
+    certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
     if sight is not None:
@@ -120,7 +123,7 @@ def burrs_residual(
             seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen]
-    line, eye_mm = polyline_of(generatrix), None if sight is None else np.zeros(3)
+    eye_mm = None if sight is None else np.zeros(3)
     burrs += past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm)
     if sight is not None:
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
