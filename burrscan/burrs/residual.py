@@ -20,6 +20,7 @@ from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.shine import mirrored_share, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
+from burrscan.burrs.mirror_image import burr_of, is_an_image
 from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
 from burrscan.burrs.openings import MOST_OPEN, Openings
@@ -104,7 +105,7 @@ def burrs_residual(
         field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
     )
     openings = Openings(field) if found and sight is None else None
-    certain = _certain(field, found, axis, false_calls_per_wheel, openings)
+    certain = _certain(field, found, axis, false_calls_per_wheel, openings, widest_mm=widest_mm)
     certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
@@ -140,11 +141,17 @@ class _Certain(NamedTuple):
 
 
 def _certain(
-    field: Field, found: list[Region], axis: Axis, false_calls_per_wheel: float, openings: Openings | None
+    field: Field,
+    found: list[Region],
+    axis: Axis,
+    false_calls_per_wheel: float,
+    openings: Openings | None,
+    *,
+    widest_mm: float,
 ) -> list[_Certain]:
     """What is left of the regions when shared errors are counted, without those beside openings.
 
-    ``openings`` is None for a scan, which is judged by its light.
+    ``openings`` is None for a scan, which is judged by its light, and where nicks may be mirror images.
     """
     if not found:
         return []
@@ -164,6 +171,8 @@ def _certain(
         burr = describe(field, site, axis)
         if burr is None:
             continue
+        if openings is None and burr.side == "nick" and is_an_image(field, site.chosen[site.on]):
+            burr = burr_of(burr, widest_mm=widest_mm)
         along = 1.0 if air else float(np.sqrt(max(1.0 - share_around(burr, axis) ** 2, 0.0)))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         size = high / float(np.hypot(own_mm, shared_mm))

@@ -198,7 +198,7 @@ def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
 
     def certain(openings: Openings | None) -> int:
-        return len(residual._certain(seen, regions, found.axis, 1e-6, openings))
+        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, widest_mm=3.0))
 
     assert certain(None) == 1
     assert certain(Openings(seen)) == 0
@@ -280,7 +280,7 @@ def of_a_scan(seen: Seen) -> int:
     found = inspect_mesh(*seen)
     shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
     regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
-    return len(residual._certain(shown, regions, found.axis, 1e-6, None))
+    return len(residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0))
 
 
 def never(*_: object, **__: object) -> Bools:
