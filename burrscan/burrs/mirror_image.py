@@ -1,9 +1,9 @@
 """Mirror images of burrs that stand on the edge where a scan ends.
 
 From aside and from below a burr that stands out from an edge is seen along its flank, and hardly at all. But
-the metal beside it mirrors the flank: light that bounced in the corner between them comes from a place as deep
-below the surface as the flank is high, and passes for a nick. It is none: what is missing from an edge is
-missing at the edge most of all, and an image begins beside it.
+the metal beside it mirrors the flank: light that bounced in the corner between them comes from a place as
+deep below the surface as the flank is high, and passes for a nick. It is none: what is missing from an edge
+is missing at the edge most of all, and an image begins beside it.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from burrscan.burrs.height import with_height
 from burrscan.inspection import Burr, Value
 
 _LONGER = 2.0
-"""How much farther around the wheel than along the curve: what stands along an edge. With less it may be a nick
-that runs out over it."""
+"""How much farther around the wheel than along the curve: what stands along an edge. With less it may be a
+nick that runs out over it."""
 _BESIDE = 4.0
 """Vertex spacings from the end of the curve within which its corner's image lies."""
 _DEEPEST = 0.9
@@ -32,7 +32,7 @@ when that is as large, and then nothing is called."""
 _THROUGH = 0.6
 """Share of the columns of the low ones that have vertices nearer to the edge."""
 _TALLEST_PER_WIDTH = 0.7
-"""Of the widest burr that is looked for: as :mod:`burrscan.burrs.light.call` has it of what light alone tells."""
+"""Of the widest burr that is looked for, as :mod:`burrscan.burrs.light.call` has it."""
 
 
 def is_an_image(field: Field, on: Ints) -> bool:

@@ -7,6 +7,7 @@ straight line, and there it does not.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ from burrscan.burrs.reach import (
     WINDOWS,
     WINDOWS_SEEN,
     further,
+    reach_of,
+    runs_on,
     runs_of,
     steps_out,
     usual_reach,
@@ -38,6 +41,8 @@ _LEAST_COLUMNS = 3
 """A burr is so many columns wide; single vertices fly. And it is longer than high: bars and pegs are not."""
 _TALL = 0.8
 """Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
+_BESIDE = 4.0
+"""Vertex spacings from an end within which the flank of a burr that stands on it begins."""
 _ROUND = 0.5
 """Of the radius of the edge that it stands on, what a burr is lower than: one view shows the far wall of a
 bore, and elsewhere the bore's edge."""
@@ -53,6 +58,13 @@ own limb and shadows end what is seen."""
 _SLOPE = 1.0
 """How far, over how far it runs on, a burr may lean off the surface, or the surface off what is across the
 line of sight: 45 degrees."""
+
+
+class Outlined(NamedTuple):
+    """The burrs that outlines show, and which of the suspects they explain."""
+
+    burrs: list[Burr]
+    explained: set[int]
 
 
 class _End(NamedTuple):
@@ -76,7 +88,8 @@ def past_end(
     *,
     tallest_mm: float,
     eye_mm: Floats | None = None,
-) -> list[Burr]:
+    suspects: Sequence[Ints] = (),
+) -> Outlined:
     """Burrs beyond the open ends of the curve. O(V) for each end.
 
     Parameters
@@ -93,11 +106,15 @@ def past_end(
         (3,) from where all of the mesh was seen, in its frame; None where nobody knows. How far the surface
         reaches is then measured across the line of sight, in which an outline is as sharp as a pixel; on a
         rounding, whose tangent turns, nothing else is.
+    suspects
+        Vertices of the field that lie low, a set for each anomaly. Beside an end they may be the flank of a
+        burr that leans away from where the surface would go on: then the outline is not shorter there, as
+        where something is missing, but longer.
 
     """
-    ends, found = _ends(line), []
+    ends, found = _ends(line), Outlined([], set())
     if not ends:
-        return []
+        return found
     profile = profile_of(vertices_mm, axis)
     places = np.stack([profile.z_mm, profile.r_mm], axis=1)
     eye = None if eye_mm is None else placed(T_part_mesh(axis.point_mm, axis.direction), eye_mm[None])[0]
@@ -112,7 +129,15 @@ def past_end(
             leans = np.abs(ahead)  # the surface before the end, too
         near = faced & (ahead > -BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
         near &= np.abs(off) < slack + _SLOPE * leans
-        found += _beyond(end, ahead[near], profile.angle[near], axis, field, tallest_mm, seen=eye is not None)
+        edge = _edge(end, ahead[near], profile.angle[near], field, bent=eye is not None)
+        if edge is None:
+            continue
+        found.burrs.extend(_beyond(end, edge, axis, field, tallest_mm, seen=eye is not None))
+        for number, on in enumerate(suspects):
+            burr = _suspected(end, edge, on, axis, field)
+            if burr is not None:
+                found.burrs.append(burr)
+                found.explained.add(number)
     return found
 
 
@@ -149,34 +174,44 @@ def _ends(line: Polyline) -> list[_End]:
     return found
 
 
-def _beyond(
-    end: _End,
-    ahead: Floats,
-    angle: Floats,
-    axis: Axis,
-    field: Field,
-    tallest_mm: float,
-    *,
-    seen: bool,
-) -> list[Burr]:
-    """The runs of columns that go on where most end."""
+class _Edge(NamedTuple):
+    """How much further than usual each column of an end reaches, mm (NaN: not known), and the radius there."""
+
+    off_mm: Floats
+    radius_mm: float
+
+    @property
+    def scatter_mm(self) -> float:
+        """Robust standard deviation of what is usual."""
+        return SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(self.off_mm)))
+
+
+def _columns(angle: Floats, columns: int, field: Field) -> Ints:
+    """Which of so many columns of the field's arc angles are in."""
+    turn = (angle - field.arc[0]) % (2.0 * np.pi) / field.arc[1]
+    return np.minimum((turn * columns).astype(np.int64), columns - 1)
+
+
+def _edge(end: _End, ahead: Floats, angle: Floats, field: Field, *, bent: bool) -> _Edge | None:
+    """The straight edge of an end; None where it has none."""
     radius = max(float(end.place[1]), field.spacing_mm)
     columns = max(int(field.arc[1] * radius / field.spacing_mm), 1)
-    column = ((angle - field.arc[0]) % (2.0 * np.pi) / field.arc[1] * columns).astype(np.int64)
-    column = np.minimum(column, columns - 1)
-    reach = np.full(columns, -np.inf)
-    np.maximum.at(reach, column, ahead)
+    reach = reach_of(ahead, _columns(angle, columns, field), columns, spacing_mm=field.spacing_mm)
     known = np.isfinite(reach)
     if np.count_nonzero(known) < FEWEST:
-        return []
-    off = reach - usual_reach(reach, known, field.spacing_mm / np.sqrt(12.0), bent=seen)
+        return None
+    off = reach - usual_reach(reach, known, field.spacing_mm / np.sqrt(12.0), bent=bent)
     off[~known] = np.nan
-    if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
-        return []
-    scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(off[known])))
+    straight = np.mean(np.abs(off[known]) < field.spacing_mm) >= _STRAIGHT
+    return _Edge(off, radius) if straight else None
+
+
+def _beyond(end: _End, edge: _Edge, axis: Axis, field: Field, tallest_mm: float, *, seen: bool) -> list[Burr]:
+    """The runs of columns that go on where most end."""
+    off, radius, columns = edge.off_mm, edge.radius_mm, len(edge.off_mm)
     windows = WINDOWS_SEEN if seen else WINDOWS
     beyond = further(off / field.spacing_mm, windows, closed=field.closed)
-    if np.count_nonzero(beyond) > _MOST * np.count_nonzero(known):
+    if np.count_nonzero(beyond) > _MOST * np.count_nonzero(np.isfinite(off)):
         return []
     burrs = []
     for run in runs_of(beyond, closed=field.closed):
@@ -186,22 +221,28 @@ def _beyond(
             continue
         low = np.quantile(high, _TALL) < min(len(run) * field.arc[1] / columns, _ROUND) * radius
         if low and steps_out(off, run, closed=field.closed):
-            burrs.append(_burr(end, high, run, columns, radius, scatter, axis, field))
+            burrs.append(_burr(end, high, run, edge, axis, field))
     return burrs
 
 
-def _burr(
-    end: _End,
-    high: Floats,
-    run: Ints,
-    columns: int,
-    radius: float,
-    scatter: float,
-    axis: Axis,
-    field: Field,
-) -> Burr:
+def _suspected(end: _End, edge: _Edge, on: Ints, axis: Axis, field: Field) -> Burr | None:
+    """The burr of which what lies low beside an end is the flank; None where it is something else's."""
+    aside = np.linalg.norm(field.foot[on] - end.place, axis=1)
+    if not len(on) or float(np.median(aside)) > _BESIDE * field.spacing_mm:
+        return None
+    columns = len(edge.off_mm)
+    at = np.unique(_columns(field.angle[on], columns, field))
+    run = np.arange(at[0], at[-1] + 1)
+    if not runs_on(edge.off_mm / field.spacing_mm, run, closed=field.closed):
+        return None
+    high = edge.off_mm[run]
+    return _burr(end, high[np.isfinite(high)], run, edge, axis, field)
+
+
+def _burr(end: _End, high: Floats, run: Ints, edge: _Edge, axis: Axis, field: Field) -> Burr:
     """A burr of which an outline is known: its length and its height, and nothing of its width."""
-    step = field.arc[1] / columns
+    radius, scatter = edge.radius_mm, edge.scatter_mm
+    step = field.arc[1] / len(edge.off_mm)
     angle = field.arc[0] + (0.5 * (run[0] + run[-1]) + 0.5) * step
     angle = float(np.angle(np.exp(1j * angle)))
     tall = float(np.quantile(high, _TALL))

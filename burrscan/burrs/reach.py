@@ -29,12 +29,33 @@ _FLANK, _GUARD = 9, 2
 """Columns to either side of a burr that are lower, and those between that are its ends."""
 _LOWER = 0.5
 """Share of a burr's reach that they have at most."""
+_SUSPECT, _SUSPECT_SIGMAS = 0.5, 5.0
+"""Vertex spacings, and standard deviations, by which columns that are suspect for another reason run on."""
 _PASSES = 5
 """Fits of that parabola, each weighing by the misfit of the last."""
 _PIXEL = 2.0
 """Standard deviations, of what is evenly spread over a pixel, that are a pixel and a bit to either side."""
+_JOINED = 4.0
+"""Vertex spacings between neighbours of one column beyond which what follows is another surface."""
 _GAP = 3
 """Columns within a burr that may be lower, or without a vertex."""
+
+
+def reach_of(ahead_mm: Floats, column: Ints, columns: int, *, spacing_mm: float) -> Floats:
+    """(columns,) how far each column goes on without a gap from the edge, at 0; minus infinity if it does not.
+
+    What follows after a gap is another surface, which comes into view beyond the edge. O(M log M).
+    """
+    order = np.lexsort((ahead_mm, column))
+    ahead, column = ahead_mm[order], column[order]
+    new = np.diff(column, prepend=-1) > 0
+    before = np.where(new, 0.0, np.roll(ahead, 1))
+    gaps = np.cumsum(ahead - before > _JOINED * spacing_mm)
+    earlier = np.append(0, gaps)[np.flatnonzero(new)]  # those of the columns before
+    joined = gaps == earlier[np.cumsum(new) - 1]
+    reach = np.full(columns, -np.inf)
+    np.maximum.at(reach, column[joined], ahead[joined])
+    return reach
 
 
 def usual_reach(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> Floats:
@@ -79,6 +100,19 @@ def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
         level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
         found |= (level > 0.0) & known & (values > 0.5 * level)
     return found
+
+
+def runs_on(off: Floats, run: Ints, *, closed: bool) -> bool:
+    """Whether columns that are suspect for another reason reach further, in the mean, than those beside them.
+
+    ``off`` is in vertex spacings, NaN where nothing is known; a column errs by what is evenly spread over one.
+    """
+    beyond = off[run % len(off)]
+    known = np.count_nonzero(np.isfinite(beyond))
+    if known < max(_KNOWN * len(run), 3):
+        return False
+    sure = _SUSPECT_SIGMAS / np.sqrt(12.0 * known)
+    return bool(np.nanmean(beyond) > max(_SUSPECT, sure)) and steps_out(off, run, closed=closed)
 
 
 def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:

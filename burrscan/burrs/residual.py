@@ -104,6 +104,11 @@ def burrs_residual(
     found = convincing(
         field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
     )
+    eye_mm = None if sight is None else np.zeros(3)
+    outlined = past_end(
+        vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=_low(field, found)
+    )
+    found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings, widest_mm=widest_mm)
     certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
@@ -123,12 +128,17 @@ def burrs_residual(
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]
             seen = [one for one in seen if not edge(one, by_depth=False)]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
-    burrs = [*(certain[i].burr for i in kept), *seen]
-    eye_mm = None if sight is None else np.zeros(3)
-    burrs += past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm)
+    burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
     if sight is not None:
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
+
+
+def _low(field: Field, found: list[Region]) -> list[Ints]:
+    """The vertices of each region that lies low; none of the others."""
+    return [
+        field.within(region.cells if region.sign < 0 else np.zeros_like(region.cells)) for region in found
+    ]
 
 
 class _Certain(NamedTuple):

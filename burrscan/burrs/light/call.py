@@ -82,12 +82,12 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     return with_height(burr, height, share=doubt / depth.value)
 
 
-def _width(place: Place, surface: Unrolled) -> float:
-    """Median extent of a place around the axis, mm."""
+def _extents(place: Place, surface: Unrolled) -> tuple[float, float]:
+    """Median extent of a place around the axis, and its extent along the surface, mm."""
     rows = np.nonzero(place.cells)[0]
     turn = float(surface.angle[1] - surface.angle[0])
     used, each = np.unique(rows, return_counts=True)
-    return float(np.median(each * surface.r_mm[used])) * turn
+    return float(np.median(each * surface.r_mm[used])) * turn, len(used) * surface.step_mm
 
 
 def _told(place: Place, surface: Unrolled) -> Value:
@@ -97,7 +97,7 @@ def _told(place: Place, surface: Unrolled) -> Value:
     """
     if place.told is not None:
         return place.told.height(side=place.side, aspect=Value(_HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
-    width, counted = _width(place, surface), surface.step_mm / np.sqrt(6.0)
+    width, counted = min(_extents(place, surface)), surface.step_mm / np.sqrt(6.0)
     return Value(
         _HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, _HEIGHT_PER_WIDTH * counted))
     )
@@ -124,24 +124,24 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     rows, columns = np.nonzero(place.cells)
     middle = int(np.median(rows))
     step, r = surface.step_mm, float(surface.r_mm[middle])
-    width = _width(place, surface)
-    angle = float(surface.angle[columns].mean())
-    z, length = surface.z_mm[rows], len(np.unique(rows)) * step
+    across, along = _extents(place, surface)
+    width, length = sorted((across, along))
+    angle, z = float(surface.angle[columns].mean()), surface.z_mm[rows]
     height = _seen(place, _told(place, surface))
-    place_sigma, area = width / np.sqrt(12.0), 0.5 * height.value * width
+    place_sigma, area = across / np.sqrt(12.0), 0.5 * height.value * width
     area_sigma = 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])
-    upwards = np.array([0.0, 1.0])
+    direction = np.array([0.0, 1.0]) if along >= across else np.array([1.0, 0.0])
     return Burr(
         side="protrusion" if place.side > 0 else "nick",
         angle_deg=Value(float(np.degrees(np.angle(np.exp(1j * angle)))), float(np.degrees(place_sigma / r))),
         z_start_mm=Value(float(z.min()) - 0.5 * step, step),
         z_end_mm=Value(float(z.max()) + 0.5 * step, step),
         height_mm=height,
-        width_mm=Value(width, place_sigma),
+        width_mm=Value(width, width / np.sqrt(12.0)),
         length_mm=Value(length, step),
         area_mm2=Value(area, area_sigma),
         volume_mm3=Value(area * length, area_sigma * length),
-        T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle, upwards, axis),
+        T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle, direction, axis),
         significance=float(np.sqrt(place.cells.sum())),
     )

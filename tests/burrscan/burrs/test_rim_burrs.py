@@ -222,7 +222,7 @@ def test_a_burr_is_seen_where_the_surface_ends(monkeypatch: pytest.MonkeyPatch) 
         assert abs(burr.height_mm.value - 2.0) < 3.0 * burr.height_mm.sigma
         assert burr.height_mm.sigma < 0.35
         assert np.isnan(burr.width_mm.value)
-    monkeypatch.setattr(residual, "past_end", lambda *_, **__: [])
+    monkeypatch.setattr(residual, "past_end", lambda *_, **__: past_end.Outlined([], set()))
     assert not inspect_mesh(*seen).burrs
 
 
@@ -357,7 +357,7 @@ def outlines(seen: Seen, *, up_rad: float) -> tuple[tuple[Burr, ...], Inspection
     eye = 1e5 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
     line = polyline_of(found.generatrix)
     burrs = past_end.past_end(seen[0], found.axis, line, shown, tallest_mm=5.0, eye_mm=eye)
-    return tuple(burrs), found
+    return tuple(burrs.burrs), found
 
 
 @pytest.mark.parametrize(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)])
