@@ -23,8 +23,8 @@ from burrscan.burrs.reach import (
     WINDOWS_SEEN,
     further,
     reach_of,
-    runs_on,
     runs_of,
+    runs_on,
     steps_out,
     usual_reach,
 )
@@ -43,6 +43,9 @@ _TALL = 0.8
 """Quantile of a burr's columns that is its height: its ends are lower, and the furthest vertex is noise."""
 _BESIDE = 4.0
 """Vertex spacings from an end within which the flank of a burr that stands on it begins."""
+_BEFORE, _MOSTLY = 4.0, 0.5
+"""Vertex spacings beyond an end within which what hides the rest of the surface is seen, nearer to the
+camera, and the share of the columns where it is."""
 _ROUND = 0.5
 """Of the radius of the edge that it stands on, what a burr is lower than: one view shows the far wall of a
 bore, and elsewhere the bore's edge."""
@@ -128,9 +131,12 @@ def past_end(
             ahead, off, faced = _across(end, places, profile.angle, eye)
             leans = np.abs(ahead)  # the surface before the end, too
         near = faced & (ahead > -BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
-        near &= np.abs(off) < slack + _SLOPE * leans
-        edge = _edge(end, ahead[near], profile.angle[near], field, bent=eye is not None)
+        lies = np.abs(off) < slack + _SLOPE * leans
+        edge = _edge(end, ahead[near & lies], profile.angle[near & lies], field, bent=eye is not None)
         if edge is None:
+            continue
+        before = near & ~lies & (off > 0.0) & (ahead > 0.0) & (ahead < _BEFORE * field.spacing_mm)
+        if eye is not None and _hidden(edge, profile.angle[before], field):
             continue
         found.burrs.extend(_beyond(end, edge, axis, field, tallest_mm, seen=eye is not None))
         for number, on in enumerate(suspects):
@@ -175,7 +181,7 @@ def _ends(line: Polyline) -> list[_End]:
 
 
 class _Edge(NamedTuple):
-    """How much further than usual each column of an end reaches, mm (NaN: not known), and the radius there."""
+    """How much further than usual each column of an end reaches (NaN: not known), and the radius there."""
 
     off_mm: Floats
     radius_mm: float
@@ -204,6 +210,14 @@ def _edge(end: _End, ahead: Floats, angle: Floats, field: Field, *, bent: bool) 
     off[~known] = np.nan
     straight = np.mean(np.abs(off[known]) < field.spacing_mm) >= _STRAIGHT
     return _Edge(off, radius) if straight else None
+
+
+def _hidden(edge: _Edge, before: Floats, field: Field) -> bool:
+    """Whether the surface ends where something hides it, which is at the angles ``before`` it."""
+    columns = len(edge.off_mm)
+    hides = np.zeros(columns, dtype=np.bool_)
+    hides[_columns(before, columns, field)] = True
+    return bool(np.mean(hides[np.isfinite(edge.off_mm)]) > _MOSTLY)
 
 
 def _beyond(end: _End, edge: _Edge, axis: Axis, field: Field, tallest_mm: float, *, seen: bool) -> list[Burr]:

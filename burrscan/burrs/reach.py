@@ -42,7 +42,7 @@ _GAP = 3
 
 
 def reach_of(ahead_mm: Floats, column: Ints, columns: int, *, spacing_mm: float) -> Floats:
-    """(columns,) how far each column goes on without a gap from the edge, at 0; minus infinity if it does not.
+    """(columns,) how far each column goes on without a gap from the edge, at 0; minus infinity: not at all.
 
     What follows after a gap is another surface, which comes into view beyond the edge. O(M log M).
     """
@@ -103,9 +103,9 @@ def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
 
 
 def runs_on(off: Floats, run: Ints, *, closed: bool) -> bool:
-    """Whether columns that are suspect for another reason reach further, in the mean, than those beside them.
+    """Whether columns that are suspect for another reason reach further than those beside them.
 
-    ``off`` is in vertex spacings, NaN where nothing is known; a column errs by what is evenly spread over one.
+    ``off`` is in vertex spacings, NaN where nothing is known; each errs by what is evenly spread over one.
     """
     beyond = off[run % len(off)]
     known = np.count_nonzero(np.isfinite(beyond))
