@@ -111,10 +111,11 @@ def burrs_residual(
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings, widest_mm=widest_mm)
-    certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
-    if sight is not None:
+    if sight is None:  # in a scan light that bounced may lie as deep, and what it bounced from is a burr
+        certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
+    else:
         surface, looks, places = disturbed(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
