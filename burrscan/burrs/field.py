@@ -164,11 +164,11 @@ def field_of(
     generatrix: Generatrix,
     *,
     sigma_mm: Floats | float | None,
-    tallest_mm: float = TALLEST_MM,
+    tallest_mm: float | None = None,
 ) -> Field:
     """Compute the residual field; border vertices have a noise class of their own. O(V + T).
 
-    What runs on further than a burr (:func:`burrscan.burrs.bodies.tallest`) is left out with its foot.
+    What runs on further than ``tallest_mm`` is left out with its foot (:func:`burrscan.burrs.bodies.tallest`).
 
     Raises
     ------
@@ -179,8 +179,9 @@ def field_of(
     profile = profile_of(vertices_mm, axis)
     line = polyline_of(generatrix)
     foot = feet_of(profile.z_mm, profile.r_mm, line)
-    limit_mm = tallest(tallest_mm, float(line.nodes_mm[:, 1].max()))
-    beyond = further_than(limit_mm, profile.z_mm, profile.r_mm, line, foot)
+    if tallest_mm is None:
+        tallest_mm = tallest(TALLEST_MM, float(line.nodes_mm[:, 1].max()), scanned=True)
+    beyond = further_than(tallest_mm, profile.z_mm, profile.r_mm, line, foot)
     valid = foot.valid & ~_strangers(vertices_mm, faces, axis, line, foot)
     valid &= ~of_another_body(faces, foot.distance_mm, beyond)
     if not valid.any():

@@ -138,12 +138,14 @@ def past_end(
         before = near & ~lies & (off > 0.0) & (ahead > 0.0) & (ahead < _BEFORE * field.spacing_mm)
         if eye is not None and _hidden(edge, profile.angle[before], field):
             continue
-        found.burrs.extend(_beyond(end, edge, axis, field, tallest_mm, seen=eye is not None))
+        runs = _beyond(edge, field, tallest_mm, seen=eye is not None)
         for number, on in enumerate(suspects):
-            burr = _suspected(end, edge, on, axis, field)
-            if burr is not None:
-                found.burrs.append(burr)
+            run = _suspected(end, edge, on, field)
+            if len(run):
                 found.explained.add(number)
+                if not any(np.isin(run, one).any() for one in runs):
+                    runs.append(run)
+        found.burrs.extend(_burr(end, run, edge, axis, field) for run in runs)
     return found
 
 
@@ -220,49 +222,49 @@ def _hidden(edge: _Edge, before: Floats, field: Field) -> bool:
     return bool(np.mean(hides[np.isfinite(edge.off_mm)]) > _MOSTLY)
 
 
-def _beyond(end: _End, edge: _Edge, axis: Axis, field: Field, tallest_mm: float, *, seen: bool) -> list[Burr]:
-    """The runs of columns that go on where most end."""
+def _beyond(edge: _Edge, field: Field, tallest_mm: float, *, seen: bool) -> list[Ints]:
+    """The columns that go on where most end, in runs; without the gaps within them."""
     off, radius, columns = edge.off_mm, edge.radius_mm, len(edge.off_mm)
     windows = WINDOWS_SEEN if seen else WINDOWS
     beyond = further(off / field.spacing_mm, windows, closed=field.closed)
     if np.count_nonzero(beyond) > _MOST * np.count_nonzero(np.isfinite(off)):
         return []
-    burrs = []
+    found = []
     for run in runs_of(beyond, closed=field.closed):
-        place = run % columns
-        high = off[place[beyond[place]]]
+        on = run[beyond[run % columns]]
+        high = off[on % columns]
         if len(high) < _LEAST_COLUMNS or high.max() >= tallest_mm:
             continue
         low = np.quantile(high, _TALL) < min(len(run) * field.arc[1] / columns, _ROUND) * radius
         if low and steps_out(off, run, closed=field.closed):
-            burrs.append(_burr(end, high, run, edge, axis, field))
-    return burrs
+            found.append(on)
+    return found
 
 
-def _suspected(end: _End, edge: _Edge, on: Ints, axis: Axis, field: Field) -> Burr | None:
-    """The burr of which what lies low beside an end is the flank; None where it is something else's."""
+def _suspected(end: _End, edge: _Edge, on: Ints, field: Field) -> Ints:
+    """The columns of the burr of which what lies low beside an end is the flank; none if it is none's."""
     aside = np.linalg.norm(field.foot[on] - end.place, axis=1)
     if not len(on) or float(np.median(aside)) > _BESIDE * field.spacing_mm:
-        return None
+        return on[:0]
     columns = len(edge.off_mm)
     at = np.unique(_columns(field.angle[on], columns, field))
     run = np.arange(at[0], at[-1] + 1)
     if not runs_on(edge.off_mm / field.spacing_mm, run, closed=field.closed):
-        return None
-    high = edge.off_mm[run]
-    return _burr(end, high[np.isfinite(high)], run, edge, axis, field)
+        return on[:0]
+    return run[np.isfinite(edge.off_mm[run])]
 
 
-def _burr(end: _End, high: Floats, run: Ints, edge: _Edge, axis: Axis, field: Field) -> Burr:
+def _burr(end: _End, run: Ints, edge: _Edge, axis: Axis, field: Field) -> Burr:
     """A burr of which an outline is known: its length and its height, and nothing of its width."""
     radius, scatter = edge.radius_mm, edge.scatter_mm
+    high = edge.off_mm[run % len(edge.off_mm)]
     step = field.arc[1] / len(edge.off_mm)
     angle = field.arc[0] + (0.5 * (run[0] + run[-1]) + 0.5) * step
     angle = float(np.angle(np.exp(1j * angle)))
     tall = float(np.quantile(high, _TALL))
     sigma = float(np.hypot(field.spacing_mm / np.sqrt(12.0), scatter))
     z = sorted((float(end.place[0]), float(end.place[0] + tall * end.ahead[0])))
-    length = len(run) * step * radius
+    length = (run[-1] - run[0] + 1) * step * radius
     unknown = Value(np.nan, np.nan)
     return Burr(
         side="protrusion",

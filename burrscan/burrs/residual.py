@@ -82,7 +82,7 @@ def burrs_residual(
     widest_mm
         Width of the widest burr that the light is asked for.
     tallest_mm
-        What stands off further than that, and than a twentieth of the largest radius, is a bar, a handle or a
+        What stands off further than that, and than a share of the largest radius, is a bar, a handle or a
         fixture, and no burr; see :mod:`burrscan.burrs.bodies`.
     several_views
         Other views will confirm or deny what this one shows. So it also calls what may be an edge of
@@ -99,21 +99,22 @@ def burrs_residual(
 
     """
     line = polyline_of(generatrix)
-    tallest_mm = tallest(tallest_mm, float(line.nodes_mm[:, 1].max()))
-    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=tallest_mm)
+    radius_mm = float(line.nodes_mm[:, 1].max())
+    deepest_mm = tallest(tallest_mm, radius_mm, scanned=sight is not None)
+    tallest_mm = tallest(tallest_mm, radius_mm, scanned=False)
+    field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm, tallest_mm=deepest_mm)
     found = convincing(
         field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
     )
     eye_mm = None if sight is None else np.zeros(3)
-    outlined = past_end(
-        vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=_low(field, found)
-    )
+    low = _low(field, found) if sight is not None else []
+    outlined = past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=low)
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
     certain = _certain(field, found, axis, false_calls_per_wheel, openings, widest_mm=widest_mm)
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
-    if sight is None:  # in a scan light that bounced may lie as deep, and what it bounced from is a burr
+    if sight is None:
         certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
     else:
         surface, looks, places = disturbed(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -421,3 +423,89 @@ def test_a_burr_that_stands_up_along_the_axis_reaches_as_far_as_it_stands_up() -
     low, high = sorted(placed(back, np.array(ends))[:, 2])
     assert 19.0 < low < 20.2
     assert high == pytest.approx(21.5, abs=0.3)
+
+
+def test_a_column_reaches_as_far_as_it_goes_without_a_gap() -> None:
+    """What comes into view beyond the edge is another surface, whatever order the vertices are in."""
+    ahead = np.array([0.1, 0.6, 1.2, 9.0, -0.4, 0.2, 10.0, 8.0, 0.0])
+    column = np.array([0, 0, 0, 0, 1, 1, 1, 2, 4])
+    for order in (np.arange(9), np.arange(9)[::-1]):
+        found = reach.reach_of(ahead[order], column[order], 5, spacing_mm=0.5)
+        np.testing.assert_array_equal(found, [1.2, 0.2, -np.inf, -np.inf, 0.0])
+    assert not np.isfinite(reach.reach_of(ahead[:0], column[:0], 5, spacing_mm=0.5)).any()
+
+
+def flank(lift_mm: Callable[[Floats, Floats], Floats], keep: Callable[[Floats, Floats], Bools]) -> Seen:
+    """A grid of two cylinders, as of :func:`stepped`, with a lift (angle, z) of the larger one."""
+    angle, z = np.meshgrid(np.radians(np.arange(-60.0, 60.0, 0.4)), np.arange(0.0, 34.0, 0.5), indexing="ij")
+    vertices, faces = stepped(angle, z, keep(angle, z), (70.0, 60.0))
+    turn, height = np.arctan2(vertices[:, 1], vertices[:, 0]), vertices[:, 2]
+    radius = np.hypot(vertices[:, 0], vertices[:, 1])
+    vertices[:, :2] *= (1.0 + lift_mm(turn, height) / radius)[:, None]
+    return vertices, faces
+
+
+def _within(angle: Floats) -> Bools:
+    return np.asarray(np.abs(angle) < np.radians(12.0))
+
+
+def depth_calls(seen: Seen) -> list[tuple[str, float]]:
+    """Side and height of what the depth of a scan shows, with nothing judged by its light."""
+    found = inspect_mesh(*seen)
+    shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
+    regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
+    certain = residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0)
+    return [(one.burr.side, one.burr.height_mm.value) for one in certain]
+
+
+def test_a_nick_that_is_not_low_at_the_edge_is_the_image_of_a_burr(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Light that bounced in the corner beside a burr lies as deep as that is high; a nick is open there."""
+    image = flank(
+        lambda a, z: np.where(_within(a) & (z > 27.8) & (z < 29.3), -0.6, 0.0), lambda _, z: z <= 30.0
+    )
+    nick = flank(lambda a, z: np.where(_within(a) & (z > 27.8), -0.6, 0.0), lambda _, z: z <= 30.0)
+    groove = flank(
+        lambda a, z: np.where(_within(a) & (np.abs(z - 22.0) < 1.0), -0.6, 0.0), lambda _, z: z <= 30.0
+    )
+    ((side, high),) = depth_calls(image)
+    assert side == "protrusion"
+    assert 0.6 < high < 2.1
+    for seen in (nick, groove):
+        ((side, high),) = depth_calls(seen)
+        assert side == "nick"
+        assert high == pytest.approx(0.6, abs=0.1)
+    monkeypatch.setattr(residual, "is_an_image", lambda *_: False)
+    assert [side for side, _ in depth_calls(image)] == ["nick"]
+
+
+def test_what_lies_low_where_the_outline_is_longer_is_a_burrs_flank(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A burr on the edge that leans inwards; of a nick the outline is shorter, or as long as elsewhere."""
+
+    def lean(angle: Floats, z: Floats) -> Floats:
+        return np.where(_within(angle), -np.maximum(z - 29.3, 0.0), 0.0)
+
+    columns = np.radians(0.4)  # five of eight are longer by a vertex: too little without what lies low
+    longer = flank(lean, lambda a, z: z <= np.where(_within(a) & (np.round(a / columns) % 8 > 2), 30.5, 30.0))
+    as_long = flank(lean, lambda _, z: z <= 30.0)
+    found = inspect_mesh(*longer)
+    line, eye = polyline_of(found.generatrix), np.array([1e5, 0.0, 0.0])
+    for seen, burrs in ((longer, 1), (as_long, 0)):
+        shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
+        turn = np.angle(np.exp(1j * (shown.angle - np.median(shown.angle))))
+        low = np.flatnonzero((np.abs(turn) < np.radians(12.0)) & (shown.deviation_mm < -0.1))
+        given = (seen[0], found.axis, line, shown)
+        told = past_end.past_end(*given, tallest_mm=5.0, eye_mm=eye, suspects=[low[:0], low])
+        assert len(told.burrs) == burrs
+        assert told.explained == ({1} if burrs else set())
+        assert not past_end.past_end(*given, tallest_mm=5.0, eye_mm=eye).burrs
+
+
+def test_an_end_that_something_hides_is_no_edge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seen from below, a step hides the foot of the cylinder behind it, and not by the same everywhere."""
+    angle, z = np.meshgrid(np.radians(np.arange(-60.0, 60.0, 0.4)), np.arange(0.0, 34.0, 0.5), indexing="ij")
+    hidden = (z >= 12.0) & (z < np.where(_within(angle), 18.9, 20.5))
+    seen = stepped(angle, z, ~hidden, (70.0, 60.0))
+    up_rad = -0.6
+    assert not outlines(seen, up_rad=up_rad)[0]
+    monkeypatch.setattr(past_end, "_hidden", lambda *_: False)
+    assert outlines(seen, up_rad=up_rad)[0]
