@@ -168,7 +168,7 @@ def field_of(
 ) -> Field:
     """Compute the residual field; border vertices have a noise class of their own. O(V + T).
 
-    What runs on further than ``tallest_mm`` is left out with its foot (:func:`burrscan.burrs.bodies.tallest`).
+    What runs on further than ``tallest_mm`` is left out with its foot; see :mod:`burrscan.burrs.bodies`.
 
     Raises
     ------

@@ -478,7 +478,7 @@ def test_a_nick_that_is_not_low_at_the_edge_is_the_image_of_a_burr(monkeypatch: 
     assert [side for side, _ in depth_calls(image)] == ["nick"]
 
 
-def test_what_lies_low_where_the_outline_is_longer_is_a_burrs_flank(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_lies_low_where_the_outline_is_longer_is_a_burrs_flank() -> None:
     """A burr on the edge that leans inwards; of a nick the outline is shorter, or as long as elsewhere."""
 
     def lean(angle: Floats, z: Floats) -> Floats:
