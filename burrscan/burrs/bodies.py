@@ -11,13 +11,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.generatrix.deviation import REACH
 from burrscan.robust import SIGMA_PER_MEDIAN
 
-TALLEST_MM, TALLEST, TALLEST_SCANNED = 5.0, 0.05, 0.1
+TALLEST_MM, TALLEST = 5.0, 0.05
 """What runs on further from the curve, and further than that share of the largest radius, is no burr. The
 share keeps burrs on meshes in finer units than millimetres; with a tenth the sides of flat bars were called,
 of which no vertex is so far from their faces. In a scan light that bounced may lie as deep, and what it
-bounced from is a burr."""
+bounced from is a burr: there it is as far as deviations are told."""
 _OFF = 4.0
 """Within this many standard deviations a vertex is on its curve, whatever it belongs to."""
 _FEWEST = 10
@@ -26,7 +27,7 @@ _FEWEST = 10
 
 def tallest(tallest_mm: float, radius_mm: float, *, scanned: bool) -> float:
     """How high a burr is at most, mm, on a part of that largest radius, in a scan or in a mesh."""
-    return max(tallest_mm, (TALLEST_SCANNED if scanned else TALLEST) * radius_mm)
+    return max(tallest_mm, (REACH if scanned else TALLEST) * radius_mm)
 
 
 def of_another_body(faces: Ints32, distance_mm: Floats, beyond: Bools) -> Bools:

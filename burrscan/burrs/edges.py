@@ -45,11 +45,11 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: 
     convex = before[:, 0] * after[:, 1] < before[:, 1] * after[:, 0]
     edge = turned & convex
     if ends:
-        edge |= _at_end(field, along - high) | _at_end(field, along + high)
+        edge |= at_end(field, along - high) | at_end(field, along + high)
     return bool(np.count_nonzero(edge) > _MOST * len(on))
 
 
-def _at_end(field: Field, along_mm: Floats) -> Bools:
+def at_end(field: Field, along_mm: Floats) -> Bools:
     """(M,) True for places along the curve that nothing is nearest to."""
     row = np.floor(along_mm / field.step_mm).astype(np.int64)
     seen = np.append(field.count.any(axis=1), False)  # the last for what is beyond either end

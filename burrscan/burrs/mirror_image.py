@@ -13,8 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from burrscan.arrays import Ints
+from burrscan.burrs.edges import at_end
 from burrscan.burrs.field import Field
 from burrscan.burrs.height import with_height
+from burrscan.burrs.light.call import HEIGHT_PER_WIDTH
 from burrscan.inspection import Burr, Value
 
 _LONGER = 2.0
@@ -31,8 +33,6 @@ _NOT_LOW = 0.3
 when that is as large, and then nothing is called."""
 _THROUGH = 0.6
 """Share of the columns of the low ones that have vertices nearer to the edge."""
-_TALLEST_PER_WIDTH = 0.7
-"""Of the widest burr that is looked for, as :mod:`burrscan.burrs.light.call` has it."""
 
 
 def is_an_image(field: Field, on: Ints) -> bool:
@@ -66,7 +66,8 @@ def _only_beside(field: Field, low: Ints, depth: float, *, towards: int) -> bool
     band = field.in_rows(max(first - margin, 0), min(last + margin + 1, len(field.count)))
     band = band[np.isin(field.cell[band, 1], columns)]
     end = float(along[band].max())
-    if end - float(along[low].max()) > _BESIDE * field.spacing_mm or not _ends(field, end, towards):
+    beyond = towards * end + towards * field.step_mm * np.array([1.0, 2.0])
+    if end - float(along[low].max()) > _BESIDE * field.spacing_mm or not at_end(field, beyond).all():
         return False
     nearest = np.full(field.count.shape[1], -np.inf)
     np.maximum.at(nearest, field.cell[low, 1], along[low])
@@ -76,13 +77,6 @@ def _only_beside(field: Field, low: Ints, depth: float, *, towards: int) -> bool
     return float(np.median(-field.deviation_mm[edge])) < _NOT_LOW * depth
 
 
-def _ends(field: Field, along_mm: float, towards: int) -> bool:
-    """Whether nothing at all is seen within two cells beyond a place along the curve."""
-    row = int(towards * along_mm / field.step_mm)
-    beyond = [row + towards * step for step in (1, 2)]
-    return not any(0 <= one < len(field.count) and field.count[one].any() for one in beyond)
-
-
 def burr_of(image: Burr, *, widest_mm: float) -> Burr:
     """The burr of which what was measured as a nick is the image.
 
@@ -90,8 +84,8 @@ def burr_of(image: Burr, *, widest_mm: float) -> Burr:
     that is looked for at all is no higher than a certain height. Between the two its height is open.
     """
     depth = image.height_mm.value
-    tallest = max(_TALLEST_PER_WIDTH * widest_mm, depth)
-    height = Value(0.5 * (depth + tallest), (tallest - depth) / float(np.sqrt(12.0)))
-    height = Value(height.value, float(np.hypot(height.sigma, image.height_mm.sigma)))
+    tallest = max(HEIGHT_PER_WIDTH * widest_mm, depth)
+    spread = (tallest - depth) / np.sqrt(12.0)
+    height = Value(0.5 * (depth + tallest), float(np.hypot(spread, image.height_mm.sigma)))
     burr = with_height(image, height, share=height.sigma / height.value)
     return replace(burr, side="protrusion")

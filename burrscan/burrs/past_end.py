@@ -7,7 +7,7 @@ straight line, and there it does not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +91,7 @@ def past_end(
     *,
     tallest_mm: float,
     eye_mm: Floats | None = None,
-    suspects: Sequence[Ints] = (),
+    suspects: Mapping[int, Ints] | None = None,
 ) -> Outlined:
     """Burrs beyond the open ends of the curve. O(V) for each end.
 
@@ -110,9 +110,9 @@ def past_end(
         reaches is then measured across the line of sight, in which an outline is as sharp as a pixel; on a
         rounding, whose tangent turns, nothing else is.
     suspects
-        Vertices of the field that lie low, a set for each anomaly. Beside an end they may be the flank of a
-        burr that leans away from where the surface would go on: then the outline is not shorter there, as
-        where something is missing, but longer.
+        Vertices of the field that lie low, by the number of their anomaly. Beside an end they may be the
+        flank of a burr that leans away from where the surface would go on: then the outline is not shorter
+        there, as where something is missing, but longer.
 
     """
     ends, found = _ends(line), Outlined([], set())
@@ -139,7 +139,7 @@ def past_end(
         if eye is not None and _hidden(edge, profile.angle[before], field):
             continue
         runs = _beyond(edge, field, tallest_mm, seen=eye is not None)
-        for number, on in enumerate(suspects):
+        for number, on in (suspects or {}).items():
             run = _suspected(end, edge, on, field)
             if len(run):
                 found.explained.add(number)
@@ -244,7 +244,7 @@ def _beyond(edge: _Edge, field: Field, tallest_mm: float, *, seen: bool) -> list
 def _suspected(end: _End, edge: _Edge, on: Ints, field: Field) -> Ints:
     """The columns of the burr of which what lies low beside an end is the flank; none if it is none's."""
     aside = np.linalg.norm(field.foot[on] - end.place, axis=1)
-    if not len(on) or float(np.median(aside)) > _BESIDE * field.spacing_mm:
+    if float(np.median(aside)) > _BESIDE * field.spacing_mm:
         return on[:0]
     columns = len(edge.off_mm)
     at = np.unique(_columns(field.angle[on], columns, field))

@@ -107,7 +107,7 @@ def burrs_residual(
         field, regions(field, false_calls_per_wheel=false_calls_per_wheel), cores=sight is not None
     )
     eye_mm = None if sight is None else np.zeros(3)
-    low = _low(field, found) if sight is not None else []
+    low = {n: field.within(one.cells) for n, one in enumerate(found) if sight is not None and one.sign < 0}
     outlined = past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=low)
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
@@ -134,13 +134,6 @@ def burrs_residual(
     if sight is not None:
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
-
-
-def _low(field: Field, found: list[Region]) -> list[Ints]:
-    """The vertices of each region that lies low; none of the others."""
-    return [
-        field.within(region.cells if region.sign < 0 else np.zeros_like(region.cells)) for region in found
-    ]
 
 
 class _Certain(NamedTuple):

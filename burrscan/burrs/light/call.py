@@ -11,7 +11,7 @@ from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface, share_around
 from burrscan.inspection import Axis, Burr, Value
 
-_HEIGHT_PER_WIDTH = 0.7
+HEIGHT_PER_WIDTH = 0.7
 """See the sigma."""
 _HEIGHT_SIGMA = 0.17
 """What is disturbed is the base and what the burr hides. The base is between half and twice the height, what
@@ -96,11 +96,9 @@ def _told(place: Place, surface: Unrolled) -> Value:
     A width is counted in cells: up to half a one is off on either side.
     """
     if place.told is not None:
-        return place.told.height(side=place.side, aspect=Value(_HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
+        return place.told.height(side=place.side, aspect=Value(HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
     width, counted = min(_extents(place, surface)), surface.step_mm / np.sqrt(6.0)
-    return Value(
-        _HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, _HEIGHT_PER_WIDTH * counted))
-    )
+    return Value(HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, HEIGHT_PER_WIDTH * counted)))
 
 
 def _seen(place: Place, told: Value) -> Value:

@@ -277,12 +277,18 @@ def test_what_is_as_high_as_its_edge_is_round_is_no_burr(monkeypatch: pytest.Mon
     assert np.isnan(burr.width_mm.value)
 
 
-def of_a_scan(seen: Seen) -> int:
-    """How many burrs the depth of a scan shows: it is not judged by what is open beside them."""
+def depth_calls(seen: Seen) -> list[tuple[str, float]]:
+    """Side and height of what the depth of a scan shows, with nothing judged by its light."""
     found = inspect_mesh(*seen)
     shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
     regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
-    return len(residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0))
+    certain = residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0)
+    return [(one.burr.side, one.burr.height_mm.value) for one in certain]
+
+
+def of_a_scan(seen: Seen) -> int:
+    """How many burrs the depth of a scan shows: it is not judged by what is open beside them."""
+    return len(depth_calls(seen))
 
 
 def never(*_: object, **__: object) -> Bools:
@@ -300,7 +306,7 @@ def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
         planted.setattr(residual, "_THROUGH", 2.0)
         assert of_a_scan(seen) == 0
     with monkeypatch.context() as planted:
-        planted.setattr("burrscan.burrs.edges._at_end", never)
+        planted.setattr("burrscan.burrs.edges.at_end", never)
         assert of_a_scan(seen) == 0
 
 
@@ -449,15 +455,6 @@ def _within(angle: Floats) -> Bools:
     return np.asarray(np.abs(angle) < np.radians(12.0))
 
 
-def depth_calls(seen: Seen) -> list[tuple[str, float]]:
-    """Side and height of what the depth of a scan shows, with nothing judged by its light."""
-    found = inspect_mesh(*seen)
-    shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
-    regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
-    certain = residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0)
-    return [(one.burr.side, one.burr.height_mm.value) for one in certain]
-
-
 def test_a_nick_that_is_not_low_at_the_edge_is_the_image_of_a_burr(monkeypatch: pytest.MonkeyPatch) -> None:
     """Light that bounced in the corner beside a burr lies as deep as that is high; a nick is open there."""
     image = flank(
@@ -494,7 +491,7 @@ def test_what_lies_low_where_the_outline_is_longer_is_a_burrs_flank() -> None:
         turn = np.angle(np.exp(1j * (shown.angle - np.median(shown.angle))))
         low = np.flatnonzero((np.abs(turn) < np.radians(12.0)) & (shown.deviation_mm < -0.1))
         given = (seen[0], found.axis, line, shown)
-        told = past_end.past_end(*given, tallest_mm=5.0, eye_mm=eye, suspects=[low[:0], low])
+        told = past_end.past_end(*given, tallest_mm=5.0, eye_mm=eye, suspects={1: low})
         assert len(told.burrs) == burrs
         assert told.explained == ({1} if burrs else set())
         assert not past_end.past_end(*given, tallest_mm=5.0, eye_mm=eye).burrs
