@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, freeze
+from burrscan.burrs.light.medians import column_medians, measured_share
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Value
@@ -129,12 +130,12 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
         return None
     beside = int(_BESIDE_MM / (turn * r)) + 1
     near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
-    parallel = _medians(looks.predicted[used])
+    parallel = column_medians(looks.predicted[used])
     tilt = tilts_deg(surface, middle)
     lobe = _lobe(tilt, parallel)
     if lobe is None:
         return None
-    measured = np.isfinite(looks.deviation_mm[used, near]).mean(axis=0)
+    measured = measured_share(looks.deviation_mm[used, near])
     at = 0.5 * (surface.angle[columns.max()] + surface.angle[columns.min()])
     centres = at + np.linspace(-0.5, 0.5, _CENTRES) * across / r
     widths = np.geomspace(
@@ -147,8 +148,8 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
         lobes, bounces = _materials(lobe, rougher)
         tried = misfits(
             surface.angle[near],
-            _medians(looks.light[used, near]),
-            _medians(looks.deviation_mm[used, near]),
+            column_medians(looks.light[used, near]),
+            column_medians(looks.deviation_mm[used, near]),
             np.where(measured > _SEEN, measured, 0.0),
             r,
             centres,
@@ -163,14 +164,6 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
         )
         best = np.minimum(best, tried)
     return Told(widths, aspects, best)
-
-
-def _medians(values: Floats) -> Floats:
-    """(columns,) medians of the rows that know a column; NaN where none does."""
-    known = np.isfinite(values).any(axis=0)
-    medians = np.full(values.shape[1], np.nan)
-    medians[known] = np.nanmedian(values[:, known], axis=0)
-    return medians
 
 
 def tilts_deg(surface: Unrolled, row: int) -> Floats:
