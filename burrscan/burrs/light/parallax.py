@@ -2,9 +2,9 @@
 
 A camera sees what stands up displaced away from itself, over the surface that it hides. What lies below on
 metal is light that bounced: off the flank towards the camera, or off the wheel before it, and both are on the
-near side. In a nick whose near wall is hidden it is the other way round: the mouth shows the far wall, low, and
-light that went from there to the edge and looks high lies on the near side. Where nearly all is high, or low,
-nothing is in any order, and that is what it is. Nothing of that needs a model of the metal, and
+near side. In a nick whose near wall is hidden it is the other way round: the mouth shows the far wall, low,
+and light that went from there to the edge and looks high lies on the near side. Where nearly all is high, or
+low, nothing is in any order, and that is what it is. Nothing of that needs a model of the metal, and
 :mod:`burrscan.burrs.light.section`'s is weak there: no shadow falls where the camera looks.
 """
 
