@@ -1,0 +1,60 @@
+"""A burr no wider than a pixel stands on a pedestal of pixels that hold a part of it, which is not the burr."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from burrscan.burrs import describe
+from burrscan.burrs.describe import Site
+from burrscan.burrs.shape.patch import Patch
+from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
+from burrscan.inspection import Value
+
+_SPACING_MM, _NOISE_MM, _WIDE_MM = 0.6, 0.02, 2.2
+FLAKE = 0.15, 0.4
+"""Heights, mm, of pedestal and crest: of a flake 0.9 mm high and 0.45 wide, on matt paint."""
+
+
+def height(pedestal_mm: float, crest_mm: float, *, sign: int = 1, seed: int = 0) -> Value:
+    """What is told of a line of vertices on a low bank of noisy ones."""
+    u, v = (
+        a.ravel() for a in np.meshgrid(np.arange(0.0, 30.0, _SPACING_MM), np.arange(-3.0, 3.1, _SPACING_MM))
+    )
+    lift = pedestal_mm * np.clip(1.0 - np.abs(v) / (0.5 * _WIDE_MM), 0.0, None)
+    lift[np.abs(v) < 0.1] = crest_mm
+    lift += _NOISE_MM * np.random.default_rng(seed).standard_normal(len(lift))
+    patch = Patch(u, v, lift, np.full(len(u), _NOISE_MM))
+    first = first_ridge(patch, spacing_mm=_SPACING_MM, start=(0.0, 30.0))
+    assert first is not None
+    ridge = fit_ridge(patch, first, spacing_mm=_SPACING_MM)
+    on = np.abs(v) < 0.5 * _WIDE_MM
+    site = Site(np.arange(len(u)), on, sign, 20.0)
+    field: Any = SimpleNamespace(spacing_mm=_SPACING_MM, local_mm=patch.sigma_mm)
+    frame: Any = SimpleNamespace(patch=patch)
+    ridge = replace(ridge, parameters=np.append(pedestal_mm, ridge.parameters[1:]))  # as it came out there
+    return describe._height(field, site, ridge, frame, edged=False)
+
+
+def test_the_crest_tells_where_the_ridge_that_fits_is_the_pedestal(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = height(*FLAKE)
+    assert told.value == pytest.approx(FLAKE[1], abs=0.1)
+    assert abs(told.value - 0.9) < 3.0 * told.sigma
+    monkeypatch.setattr(describe, "_NO_PEDESTAL", np.inf)
+    without = height(*FLAKE)
+    assert without.value < 0.3
+    assert 0.9 - without.value > 5.0 * without.sigma
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_is_no_crest(seed: int) -> None:
+    """The highest of a slice's vertices is above the ridge by noise alone."""
+    assert height(0.06, 0.06, seed=seed).value < 0.09
+
+
+def test_a_nick_whose_walls_mirror_has_no_crest() -> None:
+    assert height(*FLAKE, sign=-1).value < 0.3
