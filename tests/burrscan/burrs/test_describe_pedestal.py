@@ -1,4 +1,4 @@
-"""A burr no wider than a pixel stands on a pedestal of pixels that hold a part of it, which is not the burr."""
+"""A burr no wider than a pixel stands on a pedestal: pixels that hold a part of it, and are not the burr."""
 
 from __future__ import annotations
 
