@@ -246,10 +246,9 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     if crest is None:
         return height
     if not edged:
-        clear = crest.value - _OF_NOISE * float(np.median(on.sigma_mm)) > _NO_PEDESTAL * height.value
-        return (
-            Value(crest.value, float(np.hypot(crest.sigma, _UNRESOLVED * crest.value))) if clear else height
-        )
+        if crest.value - _OF_NOISE * float(np.median(on.sigma_mm)) <= _NO_PEDESTAL * height.value:
+            return height
+        return Value(crest.value, float(np.hypot(crest.sigma, _UNRESOLVED * crest.value)))
     off = abs(crest.value - height.value) / float(np.hypot(crest.sigma, height.sigma))
     return crest if off > _DIFFER or crest.sigma < height.sigma else height
 

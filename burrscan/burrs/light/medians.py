@@ -6,6 +6,9 @@ import numpy as np
 
 from burrscan.arrays import Floats
 
+_SEEN = 0.2
+"""Share of a column with a depth from which that depth counts."""
+
 
 def column_medians(values: Floats) -> Floats:
     """(columns,) medians of the rows (rows, columns) that know a column; NaN where none does."""
@@ -16,5 +19,6 @@ def column_medians(values: Floats) -> Floats:
 
 
 def measured_share(values: Floats) -> Floats:
-    """(columns,) share of the rows (rows, columns) that know a column."""
-    return np.asarray(np.isfinite(values).mean(axis=0))
+    """(columns,) share of the rows (rows, columns) that know a column; 0 where too few do to count."""
+    share = np.isfinite(values).mean(axis=0)
+    return np.where(share > _SEEN, share, 0.0)

@@ -34,8 +34,6 @@ _MIDDLE, _CLEAR = 0.15, 0.15
 much more or less says all that can be said."""
 _BESIDE_CELLS = 2
 """What bounced reaches as far beyond the cells that are disturbed."""
-_KNOWN = 0.2
-"""Share of a column with a depth from which that depth counts."""
 
 
 def parallax(cells: Bools, deviation_mm: Floats, surface: Unrolled) -> float:
@@ -74,7 +72,7 @@ def parallax(cells: Bools, deviation_mm: Floats, surface: Unrolled) -> float:
     first = max(int(columns.min()) - _BESIDE_CELLS, 0)
     near = slice(first, int(columns.max()) + _BESIDE_CELLS + 1)
     off, share = column_medians(deviation_mm[used, near]), measured_share(deviation_mm[used, near])
-    weight = np.where(share > _KNOWN, np.nan_to_num(off) * share, 0.0)
+    weight = np.nan_to_num(off) * share
     high, low = np.clip(weight, 0.0, None), np.clip(-weight, 0.0, None)
     if min(high.sum(), low.sum()) <= _BOTH * (high.sum() + low.sum()):
         return float(MOST * aside * np.sign(weight.sum()))

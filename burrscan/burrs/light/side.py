@@ -40,8 +40,6 @@ _DEPTH_SIGMA = 0.6
 _CONTRADICTS = 4.0
 """Difference of the misfits from which a height is contradicted: a likelihood ratio of two
 standard deviations."""
-_SEEN = 0.2
-"""Share of a column with a depth from which that depth counts."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +148,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             surface.angle[near],
             column_medians(looks.light[used, near]),
             column_medians(looks.deviation_mm[used, near]),
-            np.where(measured > _SEEN, measured, 0.0),
+            measured,
             r,
             centres,
             widths,

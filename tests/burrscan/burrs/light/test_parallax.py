@@ -77,14 +77,14 @@ def seen(profile: Floats, *, camera_deg: float, projector_deg: float, noise: flo
 def test_flanks_of_rendered_wheels_are_told() -> None:
     """Drawn after the rule was made: ridges and nicks 25 to 55 degrees aside of the camera, six metals.
 
-    A rule that knows nothing has a chance below 1e-5 to be right at four fifths of so many of either side.
+    A rule that knows nothing has a chance below 1e-4 to be right at four fifths of so many of either side.
     """
     places = rendered()
     right = np.array([one.side * one.told() for one in places])
     side = np.array([one.side for one in places])
     for each in (1, -1):
         says = right[(side == each) & (np.abs(right) >= 1.0)]
-        assert len(says) >= 25 if each > 0 else len(says) >= 8
+        assert len(says) >= (25 if each > 0 else 20)
         assert (says > 0.0).mean() >= 0.8
 
 
