@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.inspection import Axis, Burr
+from burrscan.inspection import Axis, Burr, Value
 
 
 def share_around(burr: Burr, axis: Axis) -> float:
     """Cosine of the angle between a burr and the parallel that it stands on, 0 to 1."""
     tangent = np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)
     return abs(float(burr.T_mesh_burr[:3, 0] @ tangent)) / max(float(np.linalg.norm(tangent)), 1e-300)
+
+
+def turned_to(burr: Burr, angle_rad: Value, z_mm: float, axis: Axis) -> Burr:
+    """A burr that runs along the axis, turned about it until it is at an angle where z is so many mm."""
+    T_part = T_part_mesh(axis.point_mm, axis.direction)
+    pose = T_part @ burr.T_mesh_burr
+    (x, y, z), along = pose[:3, 3], pose[:3, 0]
+    lean = float((along[1] * x - along[0] * y) / along[2] * (z_mm - z) / (x * x + y * y))
+    turn = float(np.angle(np.exp(1j * (angle_rad.value - np.arctan2(y, x) - lean))))
+    cos, sin = np.cos(turn), np.sin(turn)
+    T_turned = np.eye(4)
+    T_turned[:2, :2] = [[cos, -sin], [sin, cos]]
+    return replace(
+        burr,
+        angle_deg=Value(
+            float(np.degrees(np.angle(np.exp(1j * (np.radians(burr.angle_deg.value) + turn))))),
+            float(np.degrees(angle_rad.sigma)),
+        ),
+        T_mesh_burr=np.linalg.inv(T_part) @ T_turned @ pose,
+    )
 
 
 def pose_on_surface(foot: Floats, normal: Floats, angle: float, direction: Floats, axis: Axis) -> Floats:

@@ -14,7 +14,7 @@ from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.height import judged, with_height
-from burrscan.burrs.light.call import around, belongs, called, doubted
+from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.shine import mirrored_share, walls_share
@@ -129,6 +129,10 @@ def burrs_residual(
             edge = partial(is_an_edge, looks=looks, surface=surface, axis=axis)
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]
             seen = [one for one in seen if not edge(one, by_depth=False)]
+        certain = [
+            one._replace(burr=placed(one.burr, one.place, surface, axis)) if one.place else one
+            for one in certain
+        ]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
     if sight is not None:
@@ -137,12 +141,14 @@ def burrs_residual(
 
 
 class _Certain(NamedTuple):
-    """A burr that its depth shows, its height in standard deviations, and the field's vertices on it."""
+    """A burr that its depth shows, its height in standard deviations, the field's vertices on it, and the
+    disturbed place that tells of it."""
 
     region: Region
     burr: Burr
     size: float
     on: Ints
+    place: Place | None = None
 
 
 def _certain(
@@ -215,7 +221,7 @@ def _told_by_light(
             side = _of_one_mind(beside) or side
         same = [one for one in beside if one.burr.side == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
-        confirmed += [one._replace(burr=doubted(one.burr, place, surface)) for one in same]
+        confirmed += [one._replace(burr=doubted(one.burr, place, surface), place=place) for one in same]
         if not same:
             dark.append(place)
     return open_ + confirmed, dark

@@ -8,7 +8,7 @@ from burrscan.arrays import Floats
 from burrscan.burrs.height import with_height
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
-from burrscan.burrs.pose import pose_on_surface, share_around
+from burrscan.burrs.pose import pose_on_surface, share_around, turned_to
 from burrscan.inspection import Axis, Burr, Value
 
 HEIGHT_PER_WIDTH = 0.7
@@ -82,6 +82,18 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     return with_height(burr, height, share=doubt / depth.value)
 
 
+def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> Burr:
+    """A burr called by its depth, at the angle that ridges or nicks laid beside the place tell.
+
+    Seen from aside, light that went by way of its flank and the wheel before it looks high, one to three
+    heights beside the burr, and is brighter than the burr itself. What was laid beside the place has it, too.
+    """
+    if place.told is None or share_around(burr, axis) >= _AROUND:
+        return burr
+    z_mm = float(np.median(surface.z_mm[np.nonzero(place.cells)[0]]))
+    return turned_to(burr, place.told.angle_rad(side=place.side), z_mm, axis)
+
+
 def _extents(place: Place, surface: Unrolled) -> tuple[float, float]:
     """Median extent of a place around the axis, and its extent along the surface, mm."""
     rows = np.nonzero(place.cells)[0]
@@ -124,15 +136,19 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     step, r = surface.step_mm, float(surface.r_mm[middle])
     across, along = _extents(place, surface)
     width, length = sorted((across, along))
-    angle, z = float(surface.angle[columns].mean()), surface.z_mm[rows]
+    z = surface.z_mm[rows]
+    angle = Value(float(surface.angle[columns].mean()), across / np.sqrt(12.0) / r)
+    if place.told is not None:
+        angle = place.told.angle_rad(side=place.side)
     height = _seen(place, _told(place, surface))
-    place_sigma, area = across / np.sqrt(12.0), 0.5 * height.value * width
-    area_sigma = 0.5 * height.sigma * width
+    area, area_sigma = 0.5 * height.value * width, 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])
     direction = np.array([0.0, 1.0]) if along >= across else np.array([1.0, 0.0])
     return Burr(
         side="protrusion" if place.side > 0 else "nick",
-        angle_deg=Value(float(np.degrees(np.angle(np.exp(1j * angle)))), float(np.degrees(place_sigma / r))),
+        angle_deg=Value(
+            float(np.degrees(np.angle(np.exp(1j * angle.value)))), float(np.degrees(angle.sigma))
+        ),
         z_start_mm=Value(float(z.min()) - 0.5 * step, step),
         z_end_mm=Value(float(z.max()) + 0.5 * step, step),
         height_mm=height,
@@ -140,6 +156,6 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
         length_mm=Value(length, step),
         area_mm2=Value(area, area_sigma),
         volume_mm3=Value(area * length, area_sigma * length),
-        T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle, direction, axis),
+        T_mesh_burr=pose_on_surface(foot, surface.normal[middle], angle.value, direction, axis),
         significance=float(np.sqrt(place.cells.sum())),
     )

@@ -186,7 +186,7 @@ def disturbed(
 
 def _told(place: Place, looks: Looks, surface: Unrolled, *, widest_mm: float) -> Place:
     told = told_of(place.cells, looks, surface, widest_mm=widest_mm)
-    order = 0.0 if told is None else parallax(place.cells, looks.deviation_mm, surface)
+    order = 0.0 if told is None else parallax(place.cells, looks, surface)
     return replace(place, told=told, parallax=order)
 
 

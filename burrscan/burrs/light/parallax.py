@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools
 from burrscan.burrs.light.medians import column_medians, measured_share
+from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
 
 MOST = 5.0
@@ -34,17 +35,21 @@ _MIDDLE, _CLEAR = 0.15, 0.15
 much more or less says all that can be said."""
 _BESIDE_CELLS = 2
 """What bounced reaches as far beyond the cells that are disturbed."""
+_MOST_LIGHT = 2.0
+"""A depth has the weight of the light that told it, over what was to be expected, to this of its logarithm, a
+factor 7: beside a flank that shines a pixel on its border has a share of both, and a depth of neither. Of 285
+rendered places 21 are told wrong without, 16 with 1, 13 with 2, 14 with 3."""
 
 
-def parallax(cells: Bools, deviation_mm: Floats, surface: Unrolled) -> float:
+def parallax(cells: Bools, looks: Looks, surface: Unrolled) -> float:
     """What the order of high and low says of a place that runs along the axis.
 
     Parameters
     ----------
     cells
         (rows, columns) of the place on the unrolled surface.
-    deviation_mm
-        (rows, columns) depth off the surface, NaN where nothing was measured.
+    looks
+        How bright the cells are and should be, and how far off they lie.
     surface
         The unrolled surface.
 
@@ -71,8 +76,10 @@ def parallax(cells: Bools, deviation_mm: Floats, surface: Unrolled) -> float:
         return 0.0
     first = max(int(columns.min()) - _BESIDE_CELLS, 0)
     near = slice(first, int(columns.max()) + _BESIDE_CELLS + 1)
-    off, share = column_medians(deviation_mm[used, near]), measured_share(deviation_mm[used, near])
-    weight = np.nan_to_num(off) * share
+    seen = looks.deviation_mm[used, near]
+    bright = column_medians(looks.light[used, near]) - column_medians(looks.predicted[used, near])
+    light = np.exp(np.clip(np.nan_to_num(bright), -_MOST_LIGHT, _MOST_LIGHT))
+    weight = np.nan_to_num(column_medians(seen)) * measured_share(seen) * light
     high, low = np.clip(weight, 0.0, None), np.clip(-weight, 0.0, None)
     if min(high.sum(), low.sum()) <= _BOTH * (high.sum() + low.sum()):
         return float(MOST * aside * np.sign(weight.sum()))

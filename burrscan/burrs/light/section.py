@@ -189,8 +189,10 @@ def misfits(
     camera: Floats,
     projector: Floats,
     depth_sigma: float,
-) -> Floats:
-    """Misfits of ridges and nicks, (2, widths, aspects), at their best centres: sums of squares in sigmas.
+) -> tuple[Floats, Floats]:
+    """Misfits of ridges and nicks, sums of squares in sigmas.
+
+    (2, widths, aspects) at their best centres, and (2, centres) at the best width and aspect.
 
     Parameters
     ----------
@@ -215,13 +217,14 @@ def misfits(
 
     """
     found = np.full((2, widths.size, aspects.size), np.inf)
+    there = np.full((2, centres.size), np.inf)
     best = np.full(2, np.inf)
-    for centre in centres:
+    for c in range(centres.size):
         for i in range(widths.size):
             for k in range(aspects.size):
                 for nick in range(2):
-                    burr = shaped(r, centre, widths[i], (1 - 2 * nick) * aspects[k] * widths[i])
-                    limit = min(found[nick, i, k], best[nick] + _FAR)
+                    burr = shaped(r, centres[c], widths[i], (1 - 2 * nick) * aspects[k] * widths[i])
+                    limit = min(max(found[nick, i, k], there[nick, c]), best[nick] + _FAR)
                     misfit = 0.0
                     for j in range(angles.size):
                         shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
@@ -234,5 +237,6 @@ def misfits(
                         if misfit >= limit:
                             break
                     found[nick, i, k] = min(found[nick, i, k], misfit)
+                    there[nick, c] = min(there[nick, c], misfit)
                     best[nick] = min(best[nick], misfit)
-    return found
+    return found, there

@@ -74,21 +74,40 @@ class Told:
     misfits
         (2, W, A) of ridges and of nicks, at the best centre and roughness of each: sums of squares, in
         standard deviations.
+    centres_rad
+        (C,) angles of their middles, evenly spaced, part frame.
+    at
+        (2, C) misfits at the best width, aspect and roughness of each centre.
 
     """
 
     widths_mm: Floats
     aspects: Floats
     misfits: Floats
+    centres_rad: Floats
+    at: Floats
 
     def __post_init__(self) -> None:
         freeze(self, widths_mm=self.widths_mm, aspects=self.aspects, misfits=self.misfits)
+        freeze(self, centres_rad=self.centres_rad, at=self.at)
 
     @property
     def ridge_over_nick(self) -> float:
         """By how much a ridge explains a place better than a nick: difference of the misfits."""
         ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
         return float(nick - ridge)
+
+    def angle_rad(self, *, side: int) -> Value:
+        """Mean angle over the burrs of a side, each as likely as it explains the place.
+
+        What lies between two centres that are tried counts as an error, too.
+        """
+        misfits = self.at[int(side < 0)]
+        likely = np.exp(-0.5 * (misfits - misfits.min()))
+        mean = float(likely @ self.centres_rad / likely.sum())
+        spread = float(np.sqrt(likely @ (self.centres_rad - mean) ** 2 / likely.sum()))
+        step = float(self.centres_rad[1] - self.centres_rad[0]) / np.sqrt(12.0)
+        return Value(mean, float(np.hypot(spread, step)))
 
     def contradicts(self, height_mm: float, *, side: int) -> bool:
         """Whether burrs of that side and height explain the place clearly worse than others of that side."""
@@ -142,9 +161,10 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     step, more = _ASPECTS[1] / _ASPECTS[0], np.arange(1, _BEYOND + 1)
     aspects = np.concatenate([_ASPECTS[0] * step ** -more[::-1], _ASPECTS, _ASPECTS[-1] * step**more])
     best = np.full((2, len(widths), len(aspects)), np.inf)
+    there = np.full((2, _CENTRES), np.inf)
     for rougher in _ROUGHER_DEG:
         lobes, bounces = _materials(lobe, rougher)
-        tried = misfits(
+        sized, placed = misfits(
             surface.angle[near],
             column_medians(looks.light[used, near]),
             column_medians(looks.deviation_mm[used, near]),
@@ -160,8 +180,8 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             surface.projector_mm[:2].copy(),
             _DEPTH_SIGMA * surface.step_mm,
         )
-        best = np.minimum(best, tried)
-    return Told(widths, aspects, best)
+        best, there = np.minimum(best, sized), np.minimum(there, placed)
+    return Told(widths, aspects, best, centres, there)
 
 
 def tilts_deg(surface: Unrolled, row: int) -> Floats:

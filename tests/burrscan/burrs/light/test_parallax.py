@@ -11,7 +11,7 @@ import pytest
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.parallax import MOST, parallax
-from burrscan.burrs.light.side import Told
+from burrscan.burrs.light.side import Looks, Told
 from burrscan.burrs.light.unrolled import Unrolled
 
 PLACES = Path(__file__).parents[3] / "data" / "flank_places.npz"
@@ -25,11 +25,11 @@ class Seen(NamedTuple):
 
     side: int
     cells: Bools
-    deviation_mm: Floats
+    looks: Looks
     surface: Unrolled
 
     def told(self) -> float:
-        return parallax(self.cells, self.deviation_mm, self.surface)
+        return parallax(self.cells, self.looks, self.surface)
 
 
 def surface(angle: Floats, rows: int, *, camera_mm: Floats, projector_mm: Floats) -> Unrolled:
@@ -44,13 +44,14 @@ def rendered() -> list[Seen]:
     with np.load(PLACES) as file:
         every = {int(name.split("_")[0]) for name in file}
         places = [
-            {key: file[f"{n}_{key}"] for key in ("side", "angle", "at", "deviation", "cells")} for n in every
+            {key: file[f"{n}_{key}"] for key in ("side", "angle", "at", "light", "deviation", "cells")}
+            for n in every
         ]
     return [
         Seen(
             int(of["side"]),
             of["cells"],
-            of["deviation"].astype(float),
+            looks(of["deviation"].astype(float), of["light"].astype(float)),
             surface(
                 of["angle"].astype(float), len(of["cells"]), camera_mm=of["at"][0], projector_mm=of["at"][1]
             ),
@@ -59,19 +60,24 @@ def rendered() -> list[Seen]:
     ]
 
 
+def looks(deviation_mm: Floats, brighter: Floats) -> Looks:
+    """Depths, and by how much the logarithm of the light exceeds what was to be expected."""
+    return Looks(brighter, np.zeros_like(brighter), deviation_mm)
+
+
 def at(azimuth_deg: float) -> Floats:
     azimuth = np.radians(azimuth_deg)
     return np.array([600.0 * np.cos(azimuth), 600.0 * np.sin(azimuth), 100.0])
 
 
 def seen(profile: Floats, *, camera_deg: float, projector_deg: float, noise: float = 0.0) -> Seen:
-    """A place of ten rows that all show the same."""
+    """A place of ten rows that all show the same, as bright as the surface."""
     deviation = np.tile(profile, (10, 1)) + noise * np.random.default_rng(4).standard_normal(
         (10, len(profile))
     )
     cells = np.tile(np.abs(profile) > 0.05, (10, 1))
     devices = {"camera_mm": at(camera_deg), "projector_mm": at(projector_deg)}
-    return Seen(0, cells, deviation, surface(ANGLE, 10, **devices))
+    return Seen(0, cells, looks(deviation, np.zeros_like(deviation)), surface(ANGLE, 10, **devices))
 
 
 def test_flanks_of_rendered_wheels_are_told() -> None:
@@ -84,7 +90,7 @@ def test_flanks_of_rendered_wheels_are_told() -> None:
     side = np.array([one.side for one in places])
     for each in (1, -1):
         says = right[(side == each) & (np.abs(right) >= 1.0)]
-        assert len(says) >= (25 if each > 0 else 20)
+        assert len(says) >= 20
         assert (says > 0.0).mean() >= 0.8
 
 
@@ -121,6 +127,19 @@ def test_what_is_nearly_all_high_or_low_is_that() -> None:
         assert seen(np.minimum(profile, 0.05), **devices).told() == pytest.approx(-MOST)
     nothing = seen(np.where(RIDGE != 0.0, np.nan, 0.0), **devices)
     assert nothing._replace(cells=np.tile(RIDGE != 0.0, (10, 1))).told() == 0.0
+
+
+def test_beside_a_flank_that_shines_a_depth_is_its_border_s() -> None:
+    """A ridge of 0.8 mm on turned metal as it was measured: lit, its far border looked low, and it a nick."""
+    deviation = np.array([0, 0, 0, 0, -0.32, 0.61, 0.45, 0.28, 0.02, -0.09, 0.09, 0.05, 0, 0, 0, 0, 0])
+    shine = np.array([0, 0, 0, 0, 0, 1.6, 2.4, 2.5, 2.0, 0.7, 0.3, 0.1, 0, 0, 0, 0, 0])
+    dull = seen(deviation, camera_deg=40.0, projector_deg=22.0)
+
+    def told(brighter: Floats) -> float:
+        return dull._replace(looks=looks(dull.looks.deviation_mm, np.tile(brighter, (10, 1)))).told()
+
+    assert dull.told() == told(np.full(17, 1.0)) == told(np.full(17, -1.0)) == pytest.approx(-MOST)
+    assert told(shine) == pytest.approx(MOST)
 
 
 def test_neither_outweighs_the_other() -> None:
