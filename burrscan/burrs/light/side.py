@@ -156,7 +156,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     at = 0.5 * (surface.angle[columns.max()] + surface.angle[columns.min()])
     centres = at + np.linspace(-0.5, 0.5, _CENTRES) * across / r
     widths = np.geomspace(
-        _NARROWEST * surface.step_mm, max(widest_mm, 2.0 * _NARROWEST * surface.step_mm), _WIDTHS
+        _NARROWEST * surface.step_mm, max(widest_mm, 2.0 * _NARROWEST * surface.step_mm, across), _WIDTHS
     )
     step, more = _ASPECTS[1] / _ASPECTS[0], np.arange(1, _BEYOND + 1)
     aspects = np.concatenate([_ASPECTS[0] * step ** -more[::-1], _ASPECTS, _ASPECTS[-1] * step**more])
