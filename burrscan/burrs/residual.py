@@ -124,7 +124,7 @@ def burrs_residual(
         certain = [one._replace(burr=_less_sure(one.burr, share=share)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
         certain, dark = _told_by_light(certain, places, surface)
-        seen = [called(place, surface, axis) for place in dark]
+        seen = [called(place, surface, axis) for place in dark if not place.grazed]
         if not several_views:
             edge = partial(is_an_edge, looks=looks, surface=surface, axis=axis)
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]

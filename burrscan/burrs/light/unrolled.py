@@ -21,6 +21,8 @@ degrees on cells begin to hide each other (:func:`_nearest`) and drop out: letti
 on the grazed sides of wheels."""
 _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
+_PIXELS = 1.5
+"""x"""
 _APART_CELLS = 4
 """Rows between pieces of the curve that lie as far apart or farther: what is dark on two surfaces is not one
 place."""
@@ -48,6 +50,8 @@ class Unrolled:
         (2, rows, columns) camera row and column of each cell's middle.
     open
         True where camera and projector both reach the cell and are well away from losing it.
+    facing
+        The lesser of the cosines at which camera and projector meet it.
     step_mm
         Size of a cell along the curve; around it is that at the largest radius.
     camera_mm, projector_mm
@@ -61,6 +65,7 @@ class Unrolled:
     angle: Floats
     pixel: Floats
     open: Bools
+    facing: Floats
     step_mm: float
     camera_mm: Floats
     projector_mm: Floats
@@ -88,12 +93,15 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
     points, normals = (revolved(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
     points = points + T_camera_part[:3, 3]
-    seen, pixel = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
-    lit, _ = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
+    seen, pixel, from_camera = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
+    lit, _, from_projector = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
     solid = ndimage.binary_closing((seen & lit) | ~on, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
     reached = seen & lit & inner & on
-    return Unrolled(place[:, 0], place[:, 1], normal, angle, pixel, reached, step, to_camera, to_projector)
+    facing = np.minimum(from_camera, from_projector)
+    return Unrolled(
+        place[:, 0], place[:, 1], normal, angle, pixel, reached, facing, step, to_camera, to_projector
+    )
 
 
 def _places(line: Polyline, step: float) -> tuple[Floats, Floats, Bools]:
@@ -108,17 +116,20 @@ def _places(line: Polyline, step: float) -> tuple[Floats, Floats, Bools]:
 
 def _reached(
     points: Floats, normals: Floats, centre: Floats, T_device_camera: Floats, view: View, step: float
-) -> tuple[Bools, Floats]:
-    """Which cells a device reaches, and their (row, column) in its raster."""
+) -> tuple[Bools, Floats, Floats]:
+    """Which cells a device reaches, their (row, column) in its raster, and the cosines it sees them at."""
     local = placed(T_device_camera, points)
     pixel = np.moveaxis(view.project(local), -1, 0)[::-1]
     towards = centre - points
     distance = np.linalg.norm(towards, axis=-1)
-    facing = (normals * towards).sum(axis=-1) / distance > _GRAZING
-    return _nearest(pixel, distance, view.shape, facing, _BEHIND_CELLS * step), pixel
+    cosine = (normals * towards).sum(axis=-1) / distance
+    facing = cosine > _GRAZING
+    slope = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, _GRAZING)
+    slack = _BEHIND_CELLS * step + _PIXELS * distance / view.fx * slope
+    return _nearest(pixel, distance, view.shape, facing, slack), pixel, cosine
 
 
-def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: float) -> Bools:
+def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: Floats) -> Bools:
     """Which cells nothing hides: a depth buffer of the facing cells, each as wide as its neighbours' gap."""
     row, column = np.rint(pixel).astype(np.int64)
     inside = facing & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
@@ -126,5 +137,5 @@ def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bo
     np.minimum.at(buffer, (row[inside], column[inside]), distance[inside])
     buffer = ndimage.minimum_filter(buffer, 3)
     found = np.zeros(distance.shape, bool)
-    found[inside] = distance[inside] <= buffer[row[inside], column[inside]] + slack
+    found[inside] = distance[inside] <= buffer[row[inside], column[inside]] + slack[inside]
     return found
