@@ -142,7 +142,8 @@ def burrs_residual(
 
 class _Certain(NamedTuple):
     """A burr that its depth shows, its height in standard deviations, the field's vertices on it, and the
-    disturbed place that tells of it."""
+    disturbed place that tells of it.
+    """
 
     region: Region
     burr: Burr

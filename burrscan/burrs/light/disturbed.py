@@ -12,10 +12,10 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
+from burrscan.burrs.light.aside import MOST, aside
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
 from burrscan.burrs.light.lines import lines
-from burrscan.burrs.light.parallax import MOST, parallax
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -54,7 +54,7 @@ _ALL_ONE_SIDE = 3.0
 1.7 standard deviations. Of 137 rendered places, used to choose it, 2 are told wrong with 2, 3 with 3
 or 4, 4 with 6; cells that decide alone whatever the model does not clearly tell, as they did, 5."""
 _MOST_TOLD = MOST
-"""What the model tells counts as much as parallax at most: it knows triangles, and burrs curl over. Beyond it
+"""What the model tells counts at most as much as :mod:`aside` does: it knows triangles, and burrs curl over. Beyond it
 seldom matters: of 338 rendered places it turns the side of three."""
 _GRAZED = 0.38
 """Cosine, 68 degrees, from which a place is grazed. Of places without a burr by its depth on 184 rendered
@@ -79,8 +79,8 @@ class Place:
         What a fifth of the measured depths exceed, outside and inside; NaN where nothing was measured.
     told
         What ridges and nicks of many sizes make of what is seen; None where they cannot be laid beside it.
-    parallax
-        What the order of high and low says from aside, see :mod:`burrscan.burrs.light.parallax`.
+    aside
+        What the order of high and low says from aside, see :mod:`burrscan.burrs.light.aside`.
     facing
         Median of the cosines at which camera or projector, whichever is more oblique, meet its cells.
 
@@ -94,7 +94,7 @@ class Place:
     crest_mm: float = np.nan
     floor_mm: float = np.nan
     told: Told | None = None
-    parallax: float = 0.0
+    aside: float = 0.0
     facing: float = 1.0
 
     @property
@@ -129,7 +129,7 @@ class Place:
 
     @property
     def _standing(self) -> float:
-        """What speaks for material too much, as a difference of misfits: told, parallax, cells counted.
+        """What speaks for material too much, as a difference of misfits: told, seen from aside, cells counted.
 
         What cells tell is bounded: walls of a nick that mirror each other show two thirds of them above.
         """
@@ -137,7 +137,7 @@ class Place:
         share = more / max(self.above + self.below + self.unmeasured, 1)
         told = self.told.ridge_over_nick if self.told is not None else 0.0
         told = min(max(told, -_MOST_TOLD), _MOST_TOLD)
-        return told + self.parallax + _ALL_ONE_SIDE * min(max(share, -1.0), 1.0)
+        return told + self.aside + _ALL_ONE_SIDE * min(max(share, -1.0), 1.0)
 
 
 def disturbed(
@@ -197,9 +197,9 @@ def disturbed(
 
 def _told(place: Place, looks: Looks, surface: Unrolled, *, widest_mm: float) -> Place:
     told = told_of(place.cells, looks, surface, widest_mm=widest_mm)
-    order = 0.0 if told is None else parallax(place.cells, looks, surface)
+    order = 0.0 if told is None else aside(place.cells, looks, surface)
     facing = float(np.median(surface.facing[place.cells]))
-    return replace(place, told=told, parallax=order, facing=facing)
+    return replace(place, told=told, aside=order, facing=facing)
 
 
 def _scratched(cells: Bools, looks: Looks, surface: Unrolled) -> bool:

@@ -94,7 +94,9 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     points, normals = (revolved(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
     points = points + T_camera_part[:3, 3]
     seen, pixel, from_camera = _reached(points, normals, np.zeros(3), np.eye(4), rig.camera, step)
-    lit, _, from_projector = _reached(points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step)
+    lit, _, from_projector = _reached(
+        points, normals, rig.projector_centre_mm, rig.T_projector_camera, rig.projector, step
+    )
     solid = ndimage.binary_closing((seen & lit) | ~on, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
     reached = seen & lit & inner & on

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
+from burrscan.burrs.light.aside import MOST, aside
 from burrscan.burrs.light.disturbed import Place
-from burrscan.burrs.light.parallax import MOST, parallax
 from burrscan.burrs.light.side import Looks, Told
 from burrscan.burrs.light.unrolled import Unrolled
 
@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     surface: Unrolled
 
     def told(self) -> float:
-        return parallax(self.cells, self.looks, self.surface)
+        return aside(self.cells, self.looks, self.surface)
 
 
 def surface(angle: Floats, rows: int, *, camera_mm: Floats, projector_mm: Floats) -> Unrolled:
@@ -148,7 +148,7 @@ def test_neither_outweighs_the_other() -> None:
     misfits[1, :, 5] -= 10.9
     told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
     cells = np.zeros((1, 1), bool)
-    place = Place(cells, above=60, below=40, unmeasured=0, contrast=1.0, told=told, parallax=MOST)
+    place = Place(cells, above=60, below=40, unmeasured=0, contrast=1.0, told=told, aside=MOST)
     assert place.side == 1
     assert place.undecided  # then the depth decides
     assert Place(cells, above=60, below=40, unmeasured=0, contrast=1.0, told=told).side == -1
