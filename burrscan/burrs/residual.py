@@ -141,8 +141,9 @@ def burrs_residual(
 
 
 class _Certain(NamedTuple):
-    """A burr that its depth shows, its height in standard deviations, the field's vertices on it, and the
-    disturbed place that tells of it.
+    """A burr that its depth shows, its height in standard deviations, and the field's vertices on it.
+
+    With the disturbed place that tells of it, if there is one.
     """
 
     region: Region

@@ -106,7 +106,7 @@ def _depth(cells: Bools, looks: Looks) -> Floats:
 
 
 def _order(depth: Floats, *, away: float) -> float:
-    """1 where high lies beyond low, -1 where it is the other way round; ``away`` is the way from the camera."""
+    """1 where high lies beyond low, -1 the other way round; ``away`` is the way from the camera."""
     high, low = np.clip(depth, 0.0, None), np.clip(-depth, 0.0, None)
     if min(high.sum(), low.sum()) <= _BOTH * (high.sum() + low.sum()):
         return float(np.sign(depth.sum()))

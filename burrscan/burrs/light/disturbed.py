@@ -54,8 +54,8 @@ _ALL_ONE_SIDE = 3.0
 1.7 standard deviations. Of 137 rendered places, used to choose it, 2 are told wrong with 2, 3 with 3
 or 4, 4 with 6; cells that decide alone whatever the model does not clearly tell, as they did, 5."""
 _MOST_TOLD = MOST
-"""What the model tells counts at most as much as :mod:`aside` does: it knows triangles, and burrs curl over. Beyond it
-seldom matters: of 338 rendered places it turns the side of three."""
+"""What the model tells counts at most as much as :mod:`aside` does: it knows triangles, and burrs curl over.
+Beyond it seldom matters: of 338 rendered places it turns the side of three."""
 _GRAZED = 0.38
 """Cosine, 68 degrees, from which a place is grazed. Of places without a burr by its depth on 184 rendered
 wheels 13 of 46 steeper ones were burrs, most of them on one wheel; of flatter ones three quarters."""
@@ -129,7 +129,7 @@ class Place:
 
     @property
     def _standing(self) -> float:
-        """What speaks for material too much, as a difference of misfits: told, seen from aside, cells counted.
+        """What speaks for material too much, a difference of misfits: told, from aside, cells counted.
 
         What cells tell is bounded: walls of a nick that mirror each other show two thirds of them above.
         """

@@ -16,13 +16,12 @@ from burrscan.pose import placed
 from burrscan.rig import Rig, View
 
 _GRAZING = 0.25
-"""Cosine of the steepest angle (75 degrees) to look at a cell: beyond it a pixel sees many cells. From 50
-degrees on cells begin to hide each other (:func:`_nearest`) and drop out: letting them in made false calls
-on the grazed sides of wheels."""
+"""Cosine of the steepest angle (75 degrees) to look at a cell: beyond it a pixel sees many cells."""
 _BEHIND_CELLS = 3.0
 """Depth, in cells, by which a cell lies behind another before it counts as hidden by it."""
 _PIXELS = 1.5
-"""x"""
+"""Half of the three pixels that share a depth: a surface seen at a slope is by so much deeper there. With
+cells alone two thirds of those beyond 66 degrees hid each other."""
 _APART_CELLS = 4
 """Rows between pieces of the curve that lie as far apart or farther: what is dark on two surfaces is not one
 place."""
@@ -132,7 +131,10 @@ def _reached(
 
 
 def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: Floats) -> Bools:
-    """Which cells nothing hides: a depth buffer of the facing cells, each as wide as its neighbours' gap."""
+    """Which cells nothing hides: a depth buffer of the facing cells, each as wide as its neighbours' gap.
+
+    ``slack`` is by how much, mm, each may lie behind what is nearest.
+    """
     row, column = np.rint(pixel).astype(np.int64)
     inside = facing & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
     buffer = np.full(shape, np.inf)

@@ -1,4 +1,4 @@
-"""Where high and low lie, seen from aside: places of rendered wheels, and what must not change the answer."""
+"""What high and low say, seen or lit from aside: places of rendered wheels, and what must change nothing."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def surface(angle: Floats, rows: int, *, camera_mm: Floats, projector_mm: Floats
     shape = rows, len(angle)
     return Unrolled(
         np.arange(rows, dtype=float), np.full(rows, 50.0), np.tile([0.0, 1.0], (rows, 1)), angle,
-        np.zeros((2, *shape)), np.ones(shape, bool), 0.4, camera_mm, projector_mm,
+        np.zeros((2, *shape)), np.ones(shape, bool), np.ones(shape), 0.4, camera_mm, projector_mm,
     )  # fmt: skip
 
 
@@ -105,9 +105,11 @@ def test_high_beyond_low_stands_up_and_the_other_way_round_is_cut_in(way: float,
 
 @pytest.mark.parametrize(
     ("camera_deg", "projector_deg"),
-    [(0.0, -18.0), (20.0, 2.0), (40.0, 40.0), (40.0, 58.0), (-40.0, -58.0)],
+    [(0.0, -18.0), (20.0, 2.0), (10.0, 28.0), (40.0, 40.0), (-50.0, -55.0)],
 )
-def test_from_the_front_or_with_shadows_it_says_nothing(camera_deg: float, projector_deg: float) -> None:
+def test_from_the_front_or_with_both_as_far_aside_it_says_nothing(
+    camera_deg: float, projector_deg: float
+) -> None:
     devices = {"camera_deg": camera_deg, "projector_deg": projector_deg}
     assert seen(RIDGE, **devices).told() == 0.0
     assert seen(-RIDGE, **devices).told() == 0.0
@@ -117,6 +119,25 @@ def test_it_grows_with_the_angle() -> None:
     grown = [seen(RIDGE, camera_deg=deg, projector_deg=deg - 18.0).told() for deg in (24.0, 27.0, 30.0, 33.0)]
     assert grown[0] == 0.0
     assert grown[0] < grown[1] < grown[2] < grown[3] == pytest.approx(MOST)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_lit_from_aside_what_shines_tells(way: float) -> None:
+    """The far wall of a nick 2.4 mm wide on chrome shines and is low; what bounced is high, and darker."""
+    depth = np.array([0, 0, 0, -0.1, -0.5, -0.9, -1.2, -0.8, 0.9, 1.2, 0.7, 0.4, 0.3, 0, 0, 0, 0])
+    shine = np.array([0, 0, 0, 0.5, 1.5, 2.0, 2.0, 1.0, -0.5, -0.5, -0.5, -0.5, -0.5, 0, 0, 0, 0])
+    depth, shine = depth[:: int(way)], shine[:: int(way)]
+
+    def told(lit_deg: float) -> float:
+        place = seen(depth, camera_deg=way * (lit_deg - 18.0), projector_deg=way * lit_deg)
+        assert abs(place.told()) < 1e-9  # as much of either
+        return place._replace(looks=looks(place.looks.deviation_mm, np.tile(shine, (10, 1)))).told()
+
+    assert told(25.0) == 0.0
+    assert told(45.0) == told(58.0) < -0.7 * MOST
+    assert told(35.0) == pytest.approx(0.5 * told(45.0), rel=0.1)
+    high = seen(np.maximum(depth, 0.0), camera_deg=way * 27.0, projector_deg=way * 45.0)
+    assert high.told() == pytest.approx(MOST)
 
 
 def test_what_is_nearly_all_high_or_low_is_that() -> None:
@@ -146,7 +167,7 @@ def test_neither_outweighs_the_other() -> None:
     """A curl on chrome, 0.85 mm: triangles told a nick by 11, and it was called one."""
     misfits = np.full((2, 3, 12), 20.0)
     misfits[1, :, 5] -= 10.9
-    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
+    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits, np.zeros(2), np.zeros((2, 2)))
     cells = np.zeros((1, 1), bool)
     place = Place(cells, above=60, below=40, unmeasured=0, contrast=1.0, told=told, aside=MOST)
     assert place.side == 1

@@ -9,7 +9,7 @@ import pytest
 
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.height import judged
-from burrscan.burrs.light.call import around, belongs, called, doubted
+from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.side import Told
 from burrscan.burrs.light.unrolled import Unrolled
@@ -124,6 +124,7 @@ def test_a_burr_belongs_to_the_place_it_stands_at() -> None:
     dark_line(scene)
     surface, place, burr = seen(scene)
     assert belongs(burr, place, surface)
+    middle = float(np.degrees(surface.angle[np.nonzero(place.cells)[1]].mean()))
     wide, far, narrow = np.degrees(3.0 / 90.0), np.degrees(12.0 / 90.0), 0.2
     for shift, width, expected in (
         (wide, narrow, True),
@@ -131,7 +132,7 @@ def test_a_burr_belongs_to_the_place_it_stands_at() -> None:
         (-far, narrow, False),
         (far, 24.0, True),
     ):
-        angle = Value(turned(burr.angle_deg.value + shift), 0.1)
+        angle = Value(turned(middle + shift), 0.1)
         assert belongs(_like(burr, angle_deg=angle, width_mm=Value(width, 0.1)), place, surface) is expected
     for shift, expected in ((20.0, True), (40.0, False), (-40.0, False)):
         ends = {name: Value(getattr(burr, name).value + shift, 0.1) for name in ("z_start_mm", "z_end_mm")}
@@ -169,7 +170,8 @@ def test_a_height_that_is_light_bounced_is_told_anew() -> None:
     widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
     heights = widths[:, None] * aspects
     misfits = np.log(heights / 1.0) ** 2 / 0.2**2  # of nicks: 1 mm deep to 20 %
-    told = replace(place, told=Told(widths, aspects, np.stack([misfits + 50.0, misfits])))
+    nowhere = np.zeros(2), np.zeros((2, 2))
+    told = replace(place, told=Told(widths, aspects, np.stack([misfits + 50.0, misfits]), *nowhere))
     assert told.side == -1
     for high, bounced in ((3.0, True), (1.8, True), (1.3, False), (0.3, False)):
         depth = Value(high, 0.01)
@@ -207,3 +209,28 @@ def test_the_ends_of_a_burr_around_the_wheel_are_its_own() -> None:
     assert not around(narrow, place, surface, scene.axis)
     far = replace(around_wheel, angle_deg=Value(burr.angle_deg.value + 60.0, 0.1))
     assert not around(far, place, surface, scene.axis)
+
+
+def test_a_burr_is_where_the_light_tells() -> None:
+    """Not where its depth looked high: turned about the axis, as it leans; one around the wheel stays."""
+    scene = Scene()
+    bright_line(scene)
+    surface, place, burr = seen(scene)
+    assert place.told is not None
+    centres = np.radians(burr.angle_deg.value) + np.linspace(-0.05, 0.05, 11)
+    clear = np.tile((np.arange(11) - 8.0) ** 2 / 0.25, (2, 1))  # the ninth, to half a step
+    told = replace(place, told=replace(place.told, centres_rad=centres, at=clear))
+    moved = placed(burr, told, surface, scene.axis)
+    assert moved.angle_deg.value == pytest.approx(np.degrees(centres[8]), abs=0.01)
+    # the tail at one end is cut off
+    assert moved.angle_deg.sigma == pytest.approx(
+        np.degrees(0.01 * np.hypot(0.5, 1.0 / np.sqrt(12.0))), rel=0.1
+    )
+    assert moved.height_mm == burr.height_mm
+    for pose in (burr.T_mesh_burr, moved.T_mesh_burr):
+        x, y, _ = scene.in_part(pose[:3, 3])
+        angle = burr.angle_deg.value if pose is burr.T_mesh_burr else moved.angle_deg.value
+        assert abs(turned(float(np.degrees(np.arctan2(y, x))) - angle)) < 0.01
+    assert placed(burr, replace(place, told=None), surface, scene.axis) is burr
+    across = replace(burr, T_mesh_burr=burr.T_mesh_burr[:, [1, 0, 2, 3]] * [1.0, -1.0, 1.0, 1.0])
+    assert placed(across, told, surface, scene.axis) is across

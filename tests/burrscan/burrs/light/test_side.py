@@ -64,10 +64,15 @@ def _place(of: dict[str, Floats]) -> Rendered:
     T_part_camera = T_part_mesh(of["point"], of["direction"])
     surface = Unrolled(
         np.full(rows, z), np.full(rows, r), np.tile([0.0, 1.0], (rows, 1)),
-        angle, np.zeros((2, *cells.shape)), np.ones(cells.shape, bool), float(of["step"]),
-        T_part_camera[:3, 3], (T_part_camera @ np.linalg.inv(of["T"]))[:3, 3],
+        angle, np.zeros((2, *cells.shape)), np.ones(cells.shape, bool), np.ones(cells.shape),
+        float(of["step"]), T_part_camera[:3, 3], (T_part_camera @ np.linalg.inv(of["T"]))[:3, 3],
     )  # fmt: skip
     return Rendered(int(of["side"]), cells, looks, surface)
+
+
+def told_by(misfits: Floats) -> Told:
+    """Misfits (2, 3, 12) of sizes, and nothing of where the burr is."""
+    return Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits, np.zeros(2), np.zeros((2, 2)))
 
 
 def test_no_rendered_place_is_told_wrong_and_most_are_told() -> None:
@@ -102,9 +107,9 @@ def test_no_side_is_told_by_what_is_too_steep_or_too_flat() -> None:
     for end in (0, 1, 10, 11):
         one = misfits.copy()
         one[1, :, end] = 2.0
-        assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), one).ridge_over_nick == 0.0
+        assert told_by(one).ridge_over_nick == 0.0
     misfits[1, :, 5] = 2.0
-    assert Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits).ridge_over_nick == -18.0
+    assert told_by(misfits).ridge_over_nick == -18.0
 
 
 @pytest.mark.parametrize(
@@ -127,7 +132,7 @@ def test_what_is_told_and_what_is_counted_add_up(
     """The first three were called ridges: the cells had decided. ``better`` is by how much a nick is."""
     misfits = np.full((2, 3, 12), 15.0)
     misfits[int(sign * better > 0.0), :, 5] -= abs(better)
-    told = Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits)
+    told = told_by(misfits)
     nothing = np.zeros((1, 1), bool)
     up, down = (above, below)[::sign]
     place = Place(nothing, above=up, below=down, unmeasured=0, contrast=1.0, told=told)
@@ -154,10 +159,54 @@ def test_a_height_is_told_by_what_its_burr_shows() -> None:
     assert np.sqrt(np.mean(np.square(pulls))) < 1.6
 
 
-def _shown(place: Rendered, height: float, width: float) -> Looks:
-    """What a straight burr in the middle of a place would show, in every row."""
-    surface, columns = place.surface, np.flatnonzero(place.cells.any(axis=0))
-    middle = 0.5 * float(surface.angle[columns[0]] + surface.angle[columns[-1]])
+def test_an_angle_is_told_by_what_its_burr_shows() -> None:
+    """Wherever in the place it is: pulls as of the heights."""
+    place = next(one for one in rendered() if one.side < 0)
+    rng, pulls = np.random.default_rng(3), []
+    radius = float(place.surface.r_mm[0])
+    for side in (1, -1) * 6:
+        width, aspect = float(rng.uniform(1.8, 2.8)), float(rng.uniform(0.45, 0.95))
+        off = float(rng.uniform(-0.5, 0.5)) / radius
+        told = replace(place, looks=_shown(place, side * aspect * width, width, off_rad=off)).told()
+        assert told is not None
+        angle = told.angle_rad(side=side)
+        assert radius * angle.sigma < 0.3
+        pulls.append((angle.value - _middle(place) - off) / angle.sigma)
+    assert np.abs(pulls).max() < 3.0
+    assert np.sqrt(np.mean(np.square(pulls))) < 1.6
+
+
+def test_a_ridge_lit_from_aside_is_not_where_most_is_high() -> None:
+    """The wheel before it mirrors its flank: what looks high there outshines the ridge's own crest."""
+    place = next(one for one in rendered() if one.side < 0)
+    middle, far = _middle(place), 700.0
+    # the projector flatter than the camera, and a place wide enough for the ridge and what it is mirrored in
+    camera, projector = (
+        far * np.array([np.cos(middle + aside), np.sin(middle + aside), 0.0]) for aside in (0.6, 0.95)
+    )
+    surface = replace(place.surface, camera_mm=camera, projector_mm=projector)
+    columns = np.flatnonzero(place.cells.any(axis=0))
+    wide = np.zeros_like(place.cells)
+    wide[:, columns[0] - 4 : columns[-1] + 5] = True
+    lit = replace(place, surface=surface, cells=wide)
+    shown = _shown(lit, 1.2, 1.0)
+    high = np.clip(np.nan_to_num(shown.deviation_mm[0]), 0.0, None) * np.exp(shown.light[0])
+    radius = float(surface.r_mm[0])
+    seen_mm = radius * (float(high @ surface.angle / high.sum()) - middle)
+    told = replace(lit, looks=shown).told()
+    assert told is not None
+    assert seen_mm > 2.0
+    assert abs(radius * (told.angle_rad(side=1).value - middle)) < 0.2
+
+
+def _middle(place: Rendered) -> float:
+    columns = np.flatnonzero(place.cells.any(axis=0))
+    return 0.5 * float(place.surface.angle[columns[0]] + place.surface.angle[columns[-1]])
+
+
+def _shown(place: Rendered, height: float, width: float, *, off_rad: float = 0.0) -> Looks:
+    """What a straight burr beside the middle of a place would show, in every row."""
+    surface, middle = place.surface, _middle(place) + off_rad
     burr = shaped(float(surface.r_mm[0]), middle, width, height)
     lobe = np.exp(-0.5 * (TILTS_DEG / 8.0) ** 2) + 0.01
     facets = np.exp(-0.5 * (BOUNCE_TILTS_DEG / 8.0) ** 2)

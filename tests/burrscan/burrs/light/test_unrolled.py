@@ -98,10 +98,12 @@ def test_open_is_what_rays_from_both_devices_reach(
     # nor what is next to a shadow or to what is hidden: penumbras, footprints
     dark = ndimage.binary_opening(~truth, np.ones((3, 3), bool))
     assert not (surface.open & ndimage.binary_dilation(dark)).any()
-    # Beyond 50 degrees cells hide themselves: a projector's pixel holds cells further apart than the slack.
-    sure = ndimage.binary_erosion(truth & in_raster(points, rig, 2.0) & (facing > 0.65), iterations=4)
-    assert sure.sum() > 3000
-    assert (surface.open & sure).sum() > 0.99 * sure.sum()
+    whole = truth & in_raster(points, rig, 2.0)
+    for least, cells, share in ((0.65, 3000, 0.99), (0.3, 5000, 0.98)):  # of flat cells a pixel holds many
+        sure = ndimage.binary_erosion(whole & (facing > least), iterations=4)
+        assert sure.sum() > cells
+        assert (surface.open & sure).sum() > share * sure.sum()
+    np.testing.assert_allclose(surface.facing[truth], facing[truth], atol=1e-9)
 
 
 def test_a_shoulder_hides_and_shades() -> None:
