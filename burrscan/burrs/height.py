@@ -30,6 +30,15 @@ def with_height(burr: Burr, height: Value, *, share: float) -> Burr:
     return replace(burr, height_mm=height, area_mm2=grown(burr.area_mm2), volume_mm3=grown(burr.volume_mm3))
 
 
+def combined(one: Value, other: Value) -> Value:
+    """Mean of two that have nothing in common, by their variances; surer than both only where they agree."""
+    weights = np.array([one.sigma, other.sigma]) ** -2.0
+    each = np.array([one.value, other.value])
+    mean = float(weights @ each / weights.sum())
+    between = float(weights @ (each - mean) ** 2 / weights.sum())
+    return Value(mean, float(np.sqrt(1.0 / weights.sum() + between)))
+
+
 def judged(burr: Burr, limit_mm: float | None) -> Burr:
     """The burr with its verdict against the size limit; none without a limit, or without a height.
 

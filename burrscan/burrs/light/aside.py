@@ -16,6 +16,8 @@ falls where the camera looks, and walls lit flatly mirror each other more than o
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
@@ -50,7 +52,35 @@ factor 7: beside a flank that shines a pixel on its border has a share of both, 
 places seen from aside 21 are told wrong without, 16 with 1, 13 with 2, 14 with 3."""
 
 
-def aside(cells: Bools, looks: Looks, surface: Unrolled) -> float:
+class Stand(NamedTuple):
+    """Where camera and projector stand to a place.
+
+    Parameters
+    ----------
+    seen, lit
+        By how much it counts that it is seen, or lit, from aside: 0 to 1, one of them 0.
+    away
+        1 or -1: the way across, in angles, that leads away from the camera.
+
+    """
+
+    seen: float
+    lit: float
+    away: float
+
+
+def stand(cells: Bools, surface: Unrolled) -> Stand:
+    """Where camera and projector stand to a place (rows, columns) of the unrolled surface."""
+    middle = float(surface.angle[np.nonzero(cells)[1]].mean())
+    camera, projector = (
+        float(np.degrees(np.angle(np.exp(1j * (np.arctan2(at[1], at[0]) - middle)))))
+        for at in (surface.camera_mm, surface.projector_mm)
+    )
+    seen, lit = _share(camera, projector, _SEEN_DEG), _share(projector, camera, _LIT_DEG)
+    return Stand(seen, lit, -1.0 if camera > 0.0 else 1.0)
+
+
+def aside(cells: Bools, looks: Looks, at: Stand) -> float:
     """What high and low say of a place that runs along the axis.
 
     Parameters
@@ -59,8 +89,8 @@ def aside(cells: Bools, looks: Looks, surface: Unrolled) -> float:
         (rows, columns) of the place on the unrolled surface.
     looks
         How bright the cells are and should be, and how far off they lie.
-    surface
-        The unrolled surface.
+    at
+        Where camera and projector stand to it.
 
     Returns
     -------
@@ -73,16 +103,9 @@ def aside(cells: Bools, looks: Looks, surface: Unrolled) -> float:
     O(cells of the rows).
 
     """
-    middle = float(surface.angle[np.nonzero(cells)[1]].mean())
-    camera, projector = (
-        float(np.degrees(np.angle(np.exp(1j * (np.arctan2(at[1], at[0]) - middle)))))
-        for at in (surface.camera_mm, surface.projector_mm)
-    )
-    seen = _share(camera, projector, _SEEN_DEG)
-    lit = _share(projector, camera, _LIT_DEG)
-    if seen > 0.0:
-        return MOST * seen * _order(_depth(cells, looks), away=-1.0 if camera > 0.0 else 1.0)
-    return MOST * lit * _sign(_depth(cells, looks)) if lit > 0.0 else 0.0
+    if at.seen > 0.0:
+        return MOST * at.seen * _order(_depth(cells, looks), away=at.away)
+    return MOST * at.lit * _sign(_depth(cells, looks)) if at.lit > 0.0 else 0.0
 
 
 def _share(one_deg: float, other_deg: float, between_deg: tuple[float, float]) -> float:

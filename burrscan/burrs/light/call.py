@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.burrs.height import with_height
+from burrscan.burrs.height import combined, with_height
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface, share_around, turned_to
@@ -25,6 +25,10 @@ _HIDDEN = 0.1
 _SEEN_SIGMA = 0.3
 """Error of a height that a place's depths show, as a share of it: cells take a crest for what is beside it.
 Of 21 rendered burrs below 0.5 mm that the light alone called, the depths err by that much."""
+_PARTLY = 0.3
+"""Error of a depth that is lit from aside, as a share of the height: of a wall the projector reaches a part.
+Of 310 burrs on that flank of rendered wheels 95 % of the heights are then within 1.9 standard deviations (2.2
+of nicks; 6 and 21 without), with 0.2 within 2.0 and 2.8."""
 _AROUND = np.cos(np.radians(45.0))
 """Cosine to the parallel from which a burr runs more around the wheel than along it."""
 _MOSTLY = 0.5
@@ -68,18 +72,20 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     height is above what is told of the place without it, and no burr of that height explains what is seen
     nearly as well as others do, it takes the height told. So it does where much of the place has no depth and
     its height contradicts the one told; where it does not, its sigma grows by the part of the place that
-    nobody measured.
+    nobody measured. What is then left of depth and light has little in common, and each has its weight.
     """
     told, depth, share = _told(place, surface), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
     bounced = place.told is not None and place.told.contradicts(depth.value, side=place.side)
     if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
         return with_height(burr, told, share=told.sigma / told.value)
-    if share <= _MUCH:
-        return burr
-    doubt = share * told.sigma
-    height = Value(depth.value, float(np.hypot(depth.sigma, doubt)))
-    return with_height(burr, height, share=doubt / depth.value)
+    part = _PARTLY * place.lit * max(depth.value, told.value)
+    missed = share * told.sigma if share > _MUCH else 0.0
+    height = Value(depth.value, float(np.sqrt(depth.sigma**2 + part**2 + missed**2)))
+    if place.told is not None:
+        height = combined(height, told)
+    more = max(height.sigma**2 - depth.sigma**2, 0.0)
+    return with_height(burr, height, share=float(np.sqrt(more)) / height.value)
 
 
 def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> Burr:
@@ -121,7 +127,10 @@ def _seen(place: Place, told: Value) -> Value:
     """
     if place.hidden > _HIDDEN or not 0.0 < place.seen_mm < told.value:
         return told
-    return Value(place.seen_mm, _SEEN_SIGMA * place.seen_mm)
+    seen = Value(
+        place.seen_mm, float(np.hypot(_SEEN_SIGMA * place.seen_mm, _PARTLY * place.lit * told.value))
+    )
+    return combined(seen, told) if place.lit > 0.0 else seen
 
 
 def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:

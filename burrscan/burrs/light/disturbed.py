@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.aside import MOST, aside
+from burrscan.burrs.light.aside import MOST, aside, stand
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
 from burrscan.burrs.light.lines import lines
@@ -81,6 +81,8 @@ class Place:
         What ridges and nicks of many sizes make of what is seen; None where they cannot be laid beside it.
     aside
         What the order of high and low says from aside, see :mod:`burrscan.burrs.light.aside`.
+    lit
+        How much it counts that the projector lights it from aside, 0 to 1.
     facing
         Median of the cosines at which camera or projector, whichever is more oblique, meet its cells.
 
@@ -95,6 +97,7 @@ class Place:
     floor_mm: float = np.nan
     told: Told | None = None
     aside: float = 0.0
+    lit: float = 0.0
     facing: float = 1.0
 
     @property
@@ -197,9 +200,14 @@ def disturbed(
 
 def _told(place: Place, looks: Looks, surface: Unrolled, *, widest_mm: float) -> Place:
     told = told_of(place.cells, looks, surface, widest_mm=widest_mm)
-    order = 0.0 if told is None else aside(place.cells, looks, surface)
-    facing = float(np.median(surface.facing[place.cells]))
-    return replace(place, told=told, aside=order, facing=facing)
+    at = stand(place.cells, surface)
+    return replace(
+        place,
+        told=told,
+        aside=0.0 if told is None else aside(place.cells, looks, at),
+        lit=at.lit,
+        facing=float(np.median(surface.facing[place.cells])),
+    )
 
 
 def _scratched(cells: Bools, looks: Looks, surface: Unrolled) -> bool:

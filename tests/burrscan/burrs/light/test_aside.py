@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.aside import MOST, aside
+from burrscan.burrs.light.aside import MOST, aside, stand
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.side import Looks, Told
 from burrscan.burrs.light.unrolled import Unrolled
@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     surface: Unrolled
 
     def told(self) -> float:
-        return aside(self.cells, self.looks, self.surface)
+        return aside(self.cells, self.looks, stand(self.cells, self.surface))
 
 
 def surface(angle: Floats, rows: int, *, camera_mm: Floats, projector_mm: Floats) -> Unrolled:
