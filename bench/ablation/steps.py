@@ -239,7 +239,7 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {
             f"{_RESIDUAL}:disturbed": lambda *_, **__: (None, None, []),
-            f"{_RESIDUAL}:mirrored_share": lambda *_: 0.0,
+            f"{_RESIDUAL}:mirrored": lambda *_: 0.0,
             f"{_RESIDUAL}:is_an_edge": _no,
         },
     ),
@@ -248,7 +248,7 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {"burrscan.burrs.light.disturbed:wanders_flat": _no, f"{_RESIDUAL}:is_an_edge": _no},
     ),
-    Step("heights less sure on what shines", "burrs", {f"{_RESIDUAL}:mirrored_share": lambda *_: 0.0}),
+    Step("heights less sure on what shines", "burrs", {f"{_RESIDUAL}:MIRRORED": 0.0}),
     Step("nicks less sure by light from wall to wall", "burrs", {f"{_RESIDUAL}:walls_share": lambda _: 0.0}),
     Step(
         "heights that depths show below those told",

@@ -17,7 +17,7 @@ from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
-from burrscan.burrs.light.shine import mirrored_share, walls_share
+from burrscan.burrs.light.shine import MIRRORED, mirrored, walls_share
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.mirror_image import burr_of, is_an_image
@@ -120,8 +120,8 @@ def burrs_residual(
         surface, looks, places = disturbed(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
-        share = mirrored_share(looks, surface)
-        certain = [one._replace(burr=_less_sure(one.burr, share=share)) for one in certain]
+        shines = mirrored(looks, surface)
+        certain = [one._replace(burr=_less_sure(one.burr, share=MIRRORED * shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
         certain, dark = _told_by_light(certain, places, surface)
         seen = [called(place, surface, axis) for place in dark if not place.grazed]
@@ -130,7 +130,9 @@ def burrs_residual(
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]
             seen = [one for one in seen if not edge(one, by_depth=False)]
         certain = [
-            one._replace(burr=placed(one.burr, one.place, surface, axis)) if one.place else one
+            one._replace(burr=placed(one.burr, one.place, surface, axis, mirrored=shines))
+            if one.place
+            else one
             for one in certain
         ]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from burrscan.arrays import Floats
@@ -88,16 +90,25 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     return with_height(burr, height, share=float(np.sqrt(more)) / height.value)
 
 
-def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> Burr:
+def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis, *, mirrored: float) -> Burr:
     """A burr called by its depth, at the angle that ridges or nicks laid beside the place tell.
 
     Seen from aside, light that went by way of its flank and the wheel before it looks high, one to three
     heights beside the burr, and is brighter than the burr itself. What was laid beside the place has it, too.
+    So a depth may be off by the burr's height, as far as light is ``mirrored``, 0 to 1; where that is less
+    than what the light leaves open, the depth's angle stands.
     """
     if place.told is None or share_around(burr, axis) >= _AROUND:
         return burr
-    z_mm = float(np.median(surface.z_mm[np.nonzero(place.cells)[0]]))
-    return turned_to(burr, place.told.angle_rad(side=place.side), z_mm, axis)
+    rows = np.nonzero(place.cells)[0]
+    off = mirrored * burr.height_mm.value / float(np.median(surface.r_mm[rows]))
+    shown = Value(
+        float(np.radians(burr.angle_deg.value)), float(np.hypot(np.radians(burr.angle_deg.sigma), off))
+    )
+    angle = place.told.angle_rad(side=place.side, depth=shown)
+    if shown.sigma <= angle.sigma:
+        return replace(burr, angle_deg=Value(burr.angle_deg.value, float(np.degrees(shown.sigma))))
+    return turned_to(burr, angle, float(np.median(surface.z_mm[rows])), axis)
 
 
 def _extents(place: Place, surface: Unrolled) -> tuple[float, float]:

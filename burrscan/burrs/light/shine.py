@@ -17,9 +17,9 @@ _NEAR_DEG = 30.0
 """Tilts within which a matt surface hardly changes: the cosine of the incidence, by a fifth."""
 _ROWS = 40
 """That are looked at."""
-_MIRRORED = 0.2
-"""Error of heights on metal beyond what noise explains, as a share of the height: with it the pulls of 256
-rendered burrs (seven finishes, all families) have a root mean square of 1.1."""
+MIRRORED = 0.2
+"""Error of heights on what shines beyond what noise explains, as a share of the height: with it the pulls of
+256 rendered burrs (seven finishes, all families) have a root mean square of 1.1."""
 
 
 def walls_share(burr: Burr) -> float:
@@ -34,10 +34,10 @@ def walls_share(burr: Burr) -> float:
     return float(1.0 - half / np.hypot(half, burr.height_mm.value))
 
 
-def mirrored_share(looks: Looks, surface: Unrolled) -> float:
-    """Error of heights as a share of them, from 0 on a matt part to a fifth on one that shines.
+def mirrored(looks: Looks, surface: Unrolled) -> float:
+    """How much of the light is mirrored, from 0 on a matt part to 1 on one that shines.
 
-    The light of a parallel falls off beside its highlight: by a factor that tells how much of it is mirrored.
+    The light of a parallel falls off beside its highlight: by a factor that tells it.
     O(rows looked at · columns).
     """
     known = np.flatnonzero((surface.open & np.isfinite(looks.predicted)).any(axis=1))
@@ -47,4 +47,4 @@ def mirrored_share(looks: Looks, surface: Unrolled) -> float:
         light = looks.predicted[row, near]
         if np.isfinite(light).any():
             falls.append(float(np.nanmax(light) - np.nanmin(light)))
-    return _MIRRORED * (1.0 - np.exp(-float(np.median(falls)))) if falls else 0.0
+    return float(1.0 - np.exp(-np.median(falls))) if falls else 0.0

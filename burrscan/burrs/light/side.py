@@ -97,12 +97,15 @@ class Told:
         ridge, nick = self.misfits[:, :, _BEYOND:-_BEYOND].min(axis=(1, 2))
         return float(nick - ridge)
 
-    def angle_rad(self, *, side: int) -> Value:
+    def angle_rad(self, *, side: int, depth: Value | None = None) -> Value:
         """Mean angle over the burrs of a side, each as likely as it explains the place.
 
-        What lies between two centres that are tried counts as an error, too.
+        ``depth`` is where its depth shows it, and to which error. What lies between two centres that are
+        tried counts as an error, too.
         """
         misfits = self.at[int(side < 0)]
+        if depth is not None:
+            misfits = misfits + np.angle(np.exp(1j * (self.centres_rad - depth.value))) ** 2 / depth.sigma**2
         likely = np.exp(-0.5 * (misfits - misfits.min()))
         mean = float(likely @ self.centres_rad / likely.sum())
         spread = float(np.sqrt(likely @ (self.centres_rad - mean) ** 2 / likely.sum()))

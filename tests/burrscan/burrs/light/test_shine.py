@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from burrscan.burrs.light.disturbed import disturbed
-from burrscan.burrs.light.shine import mirrored_share, walls_share
+from burrscan.burrs.light.shine import MIRRORED, mirrored, walls_share
 from burrscan.inspection import Burr, Value
 from tests.burrscan.burrs.light.scene import Scene
 
 
 def share_of(scene: Scene) -> float:
     surface, looks, _ = disturbed(scene.sight(), scene.axis, scene.generatrix, widest_mm=3.0)
-    return mirrored_share(looks, surface)
+    return MIRRORED * mirrored(looks, surface)
 
 
 def test_a_matt_part_shines_little() -> None:

@@ -59,7 +59,9 @@ def test_a_ridge_that_triangulates_below_the_surface_is_a_ridge(seed: int) -> No
     assert [burr.side for burr in burrs_of(scene, seen=False)] == ["nick"]
     (burr,) = burrs_of(scene, seen=True)
     assert burr.side == "protrusion"
-    assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
+    # the band is painted and shows no flank: its light tells its place to half of its width
+    off = abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5)))
+    assert off < burr.angle_deg.sigma < np.degrees(0.5 * 4.4 / 90.0)
 
 
 def test_where_hardly_any_depth_is_the_light_alone_tells() -> None:
@@ -72,15 +74,21 @@ def test_where_hardly_any_depth_is_the_light_alone_tells() -> None:
     assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
 
 
-def test_what_light_and_depth_agree_on_is_one_burr_measured_by_its_depth() -> None:
+def test_what_light_and_depth_agree_on_is_one_burr_measured_by_its_depth(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scene = Scene()
-    bright_line(scene)
+    bright_line(scene, at=(-15.0, -10.0, 20.0))
     (plain,), (burr,) = (burrs_of(scene, seen=seen) for seen in (False, True))
     assert burr.side == plain.side == "nick"
-    assert burr.height_mm.value == plain.height_mm.value == pytest.approx(0.4, abs=0.08)
+    assert burr.height_mm.value == pytest.approx(plain.height_mm.value, abs=0.04)
+    assert plain.height_mm.value == pytest.approx(0.4, abs=0.08)
     # 30 degrees beside a highlight of 22 degrees six tenths of the light are gone: of a fifth of the height
     share = 0.2 * (1.0 - np.exp(-0.5 * (30.0 / 22.3) ** 2))
-    assert burr.height_mm.sigma == pytest.approx(share * burr.height_mm.value, rel=0.2)
+    monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
+    (alone,) = burrs_of(scene, seen=True)
+    assert alone.height_mm.sigma == pytest.approx(share * burr.height_mm.value, rel=0.2)
+    assert burr.height_mm.sigma < 2.0 * alone.height_mm.sigma
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -109,7 +117,7 @@ def test_verdict_area_and_volume_are_those_of_the_height_that_is_stated() -> Non
     scene.lost |= scene.band(21.0, 2.4, -15.0, 12.0)
     (low,) = burrs_of(scene, seen=False)
     (burr,) = burrs_of(scene, seen=True, limit_mm=2.0 * low.height_mm.value)
-    assert burr.height_mm.value > 4.0 * low.height_mm.value
+    assert burr.height_mm.value > 2.0 * low.height_mm.value
     assert burr.within_limit is False
     grown = burr.height_mm.value / low.height_mm.value
     assert burr.area_mm2.value == pytest.approx(grown * low.area_mm2.value)
@@ -158,7 +166,8 @@ def test_what_the_light_leaves_open_the_depth_decides(
     halo = residual._Certain(seen, SimpleNamespace(side="protrusion"), other, on)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
     certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
-    assert certain == ([nick] if kept else [halo])
+    assert [one.burr for one in certain] == [(nick if kept else halo).burr]
+    assert certain[0].place is place
     assert dark == []
     assert residual._told_by_light([], [place], SimpleNamespace()) == ([], [place])  # type: ignore[arg-type]
 
