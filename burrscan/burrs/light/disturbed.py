@@ -229,8 +229,6 @@ def _measurable(predicted: Floats, measured: Bools, open_cells: Bools) -> Bools:
     level = np.zeros(predicted.shape, np.int64)
     level[known] = np.floor((predicted[known] - predicted[known].min(initial=np.inf)) / _LEVEL)
     seen = np.bincount(level[known], measured[known]) / np.maximum(np.bincount(level[known]), 1)
-    # the brightest cells may be the burr's own: what is measured in less light is measured in more
-    seen = np.maximum.accumulate(seen)
     return known & (seen[level] >= _MEASURABLE) if known.any() else known
 
 

@@ -41,10 +41,10 @@ def burrs_of(
 
 def mirrored(scene: Scene) -> None:
     """A ridge whose flank mirrors: much of it is not measured, the rest triangulates below the surface."""
-    cells = scene.band(20.0, 4.4, -15.0, 12.0)
+    cells = scene.band(-12.0, 4.4, -15.0, 12.0)
     scene.log_light[cells] += 1.1
     scene.lift_mm[cells] -= 0.6
-    scene.lost |= scene.band(21.2, 2.0, -15.0, 12.0)
+    scene.lost |= scene.band(-11.1, 2.6, -15.0, 12.0)
 
 
 def angle_at(scene: Scene, around_mm: float, along_mm: float) -> float:
@@ -60,7 +60,7 @@ def test_a_ridge_that_triangulates_below_the_surface_is_a_ridge(seed: int) -> No
     (burr,) = burrs_of(scene, seen=True)
     assert burr.side == "protrusion"
     # the band is painted and shows no flank: its light tells its place to half of its width
-    off = abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5)))
+    off = abs(turned(burr.angle_deg.value - angle_at(scene, -12.0, -1.5)))
     assert off < burr.angle_deg.sigma < np.degrees(0.5 * 4.4 / 90.0)
 
 
