@@ -17,6 +17,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.axis.points.subdivide import is_coarse
 from burrscan.inspection import Axis, Check
 from burrscan.pose import placed
+from burrscan.turns import turn_rad
 
 SPACING = 0.004
 """Distance between samples, as a share of the largest radius: 0.4 mm on a wheel 200 mm across."""
@@ -162,7 +163,7 @@ def _points(corners: Floats, area: Floats, count: int) -> tuple[Floats, Floats, 
     points = sum((weight[:, k : k + 1] * corners[face, k] for k in (1, 2)), weight[:, :1] * corners[face, 0])
     radius = _radius(points)
     angle = np.arctan2(corners[..., 1], corners[..., 0])
-    span = np.abs(np.angle(np.exp(1j * (angle - angle[:, :1])))).max(axis=1)
+    span = np.abs(turn_rad(angle - angle[:, :1])).max(axis=1)
     wall = (span < _WIDEST)[face] & (radius > 0.0)
     sagitta = np.where(wall, (weight * _radius(corners)[face]).sum(axis=1) - radius, 0.0)
     points[:, :2] *= (1.0 + sagitta / np.maximum(radius, 1e-300))[:, None]

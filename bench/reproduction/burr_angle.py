@@ -27,10 +27,10 @@ from bench.reproduction.parts import (
     verdict,
 )
 from bench.reproduction.scanned import Scanned
-from bench.score.matching import turn_deg
 from burrscan.arrays import Floats
 from burrscan.burrs.rivals.seed import agreeing as agreeing_of
 from burrscan.pipeline import inspect_surface
+from burrscan.turns import turn_deg
 
 TRUE_DEG = 10.0
 """Of the burr that faces the scanner (scene ``seam``)."""
@@ -85,7 +85,7 @@ def mean_angle(angles_deg: Floats) -> float:
 
 def agreeing(angles_deg: Floats) -> Floats:
     """The largest company of angles within t of one of them (RANSAC with every circle tried)."""
-    companies = [np.abs(turn_deg(angles_deg, float(angle))) < WITHIN_DEG for angle in angles_deg]
+    companies = [np.abs(turn_deg(angles_deg - float(angle))) < WITHIN_DEG for angle in angles_deg]
     return np.asarray(max(companies, key=lambda company: int(company.sum())))
 
 
@@ -95,8 +95,8 @@ def over_frames(scan: Scanned, directions: Sequence[Floats]) -> Floats:
     for k, direction in enumerate(directions):
         angles = farthest(scan, direction, seed=DRAW * k).angles
         agree = agreeing_of(np.radians(angles), np.radians(WITHIN_DEG), 4, np.random.default_rng(k))
-        share = np.mean(np.abs(turn_deg(angles, TRUE_DEG)) < WITHIN_DEG)
-        rows.append([share, abs(turn_deg(mean_angle(angles[agree]), TRUE_DEG))])
+        share = np.mean(np.abs(turn_deg(angles - TRUE_DEG)) < WITHIN_DEG)
+        rows.append([share, abs(turn_deg(mean_angle(angles[agree]) - TRUE_DEG))])
     return np.array(rows)
 
 
@@ -172,7 +172,7 @@ def _words(n: Numbers) -> str:
 
 def _right(n: Numbers, key: str) -> str:
     angles = n[f"{key}_angles"]
-    return f"{int((np.abs(turn_deg(angles, TRUE_DEG)) < WITHIN_DEG).sum())} of {len(angles)}"
+    return f"{int((np.abs(turn_deg(angles - TRUE_DEG)) < WITHIN_DEG).sum())} of {len(angles)}"
 
 
 def _shares(n: Numbers, variant: str) -> str:
@@ -183,7 +183,7 @@ def _shares(n: Numbers, variant: str) -> str:
 
 def _error(n: Numbers, key: str) -> float:
     agree = n[f"{key}_agree"].astype(bool)
-    return abs(turn_deg(mean_angle(n[f"{key}_angles"][agree]), TRUE_DEG))
+    return abs(turn_deg(mean_angle(n[f"{key}_angles"][agree]) - TRUE_DEG))
 
 
 def _pictures(n: Numbers, variant: Side) -> list[Picture]:

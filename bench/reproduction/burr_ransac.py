@@ -16,6 +16,7 @@ from burrscan.burrs import burrs_residual
 from burrscan.burrs.rivals.seed import agreeing, burrs_seed
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
+from burrscan.turns import turn_deg
 
 CIRCLES, SAMPLES, T_DEG = 9, 4, 5.0
 """Nine circles leave room for each share of wrong ones; N = 4 and t = 5π / 180 the paper's (section 4)."""
@@ -72,7 +73,7 @@ def _off_deg(burr: Burr, axis: Axis, T_mesh_part: Floats) -> float:
     angle = np.radians(burr.angle_deg.value)
     to_mesh = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction))[:3, :3]
     part = T_mesh_part[:3, :3].T @ to_mesh @ np.array([np.cos(angle), np.sin(angle), 0.0])
-    return float(abs((np.degrees(np.arctan2(part[1], part[0])) - BURR_DEG + 180.0) % 360.0 - 180.0))
+    return abs(turn_deg(float(np.degrees(np.arctan2(part[1], part[0]))) - BURR_DEG))
 
 
 def measure(lab: Lab) -> Numbers:

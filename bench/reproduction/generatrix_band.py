@@ -20,6 +20,7 @@ from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 from burrscan.axis.basis import origin_mm
 from burrscan.inspection import Axis
+from burrscan.turns import turn_deg
 
 STEPS = 40
 """Positions along the axis at which the thickness is taken."""
@@ -77,7 +78,7 @@ def _about(name: str, scan: Scanned, axis: Axis) -> dict[str, Floats]:
     part = in_frame(scan.vertices_mm, axis)
     radius, angle = np.hypot(part[:, 0], part[:, 1]), np.degrees(np.arctan2(part[:, 1], part[:, 0]))
     middle = float(np.degrees(np.angle(np.exp(1j * np.radians(angle)).mean())))
-    angle = (angle - middle + 180.0) % 360.0 - 180.0
+    angle = turn_deg(angle - middle)
     test = sectioned(scan.vertices_mm, scan.faces, angles_of(axis.direction))
     sign = np.sign(float((test.turn @ axis.direction)[2]))
     along = sign * (test.good[:, 2] - float((test.turn @ origin_mm(axis.point_mm, axis.direction))[2]))

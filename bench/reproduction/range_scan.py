@@ -27,6 +27,7 @@ from bench.reproduction.parts import (
 from bench.reproduction.scanned import Scanned
 from bench.reproduction.shade import frame_of, shaded
 from burrscan.arrays import Floats, Ints32
+from burrscan.turns import turn_deg
 
 _OBLIQUE = view_from(azimuth_deg=-65.0, elevation_deg=20.0) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 """From beside the scanner and above: a hole that it could not see shows from there."""
@@ -65,7 +66,7 @@ def seen_arc_deg(scan: Scanned) -> float:
     outer = np.hypot(*scan.part_mm[:, :2].T) > 0.75 * scan.arrays["outline_zr_mm"][:, 1].max()
     angle = np.degrees(np.arctan2(scan.part_mm[outer, 1], scan.part_mm[outer, 0]))
     middle = float(np.degrees(np.angle(np.exp(1j * np.radians(angle)).mean())))
-    return float(np.ptp(np.quantile((angle - middle + 180.0) % 360.0 - 180.0, [0.01, 0.99])))
+    return float(np.ptp(np.quantile(turn_deg(angle - middle), [0.01, 0.99])))
 
 
 def distances_mm(scan: Scanned) -> tuple[float, float]:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Literal
 
 from bench.score.evidence import Evidence
-from bench.score.matching import WITHIN_DEG, Place, turn_deg
+from bench.score.matching import WITHIN_DEG, Place
+from burrscan.turns import turn_deg
 from scenes.surface import TrueBlemish
 
 Kind = Literal["stain", "bright_spot", "scratch", "chatter"]
@@ -60,4 +61,4 @@ def _kind_at(found: Place, blemishes: tuple[TrueBlemish, ...]) -> str | None:
 
 
 def _off_deg(found: Place, blemish: TrueBlemish) -> float:
-    return max(abs(turn_deg(found.angle_deg, blemish.angle_deg)) - blemish.arc_deg / 2.0, 0.0)
+    return max(abs(turn_deg(found.angle_deg - blemish.angle_deg)) - blemish.arc_deg / 2.0, 0.0)

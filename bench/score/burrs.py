@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from bench.score.evidence import Evidence, PartEvidence
-from bench.score.matching import Place, turn_deg
+from bench.score.matching import Place
 from burrscan.arrays import Bools, Floats
+from burrscan.turns import turn_deg
 
 _STEP_MM = 1.0
 """Along a burr, over which a majority of pixels says whether it was measured."""
@@ -84,7 +85,7 @@ def burr_coverage(evidence: Evidence) -> float:
 
 def angle_error_deg(found: Place, true: Place) -> float:
     """Angle found minus true."""
-    return turn_deg(found.angle_deg, true.angle_deg)
+    return turn_deg(found.angle_deg - true.angle_deg)
 
 
 def height_error_mm(found: Place, true: Place) -> float:
@@ -179,5 +180,5 @@ def _along_mm(points_mm: Floats, place: Place) -> Floats:
     if place.arc_deg == 0.0:
         inside = np.clip(points_mm[:, 2], place.z_start_mm, place.z_end_mm - 1e-6)
         return inside - place.z_start_mm
-    turns = turn_deg(np.degrees(np.arctan2(points_mm[:, 1], points_mm[:, 0])), place.angle_deg)
+    turns = turn_deg(np.degrees(np.arctan2(points_mm[:, 1], points_mm[:, 0])) - place.angle_deg)
     return np.radians(turns + place.arc_deg) * np.hypot(points_mm[:, 0], points_mm[:, 1])

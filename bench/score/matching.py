@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
-from burrscan.arrays import Floats
-
-Angle = TypeVar("Angle", float, Floats)
+from burrscan.turns import turn_deg
 
 WITHIN_DEG = 3.0
 """A burr is found when one is reported within this angle of it (issue 2) and overlapping along the axis."""
@@ -78,18 +75,13 @@ def match_places(true: Sequence[Place], found: Sequence[Place]) -> Matching:
     return Matching(tuple(true), tuple(found), match, best, located)
 
 
-def turn_deg(a_deg: Angle, b_deg: float) -> Angle:
-    """The smallest turn from b to a, in [-180, 180)."""
-    return (a_deg - b_deg + 180.0) % 360.0 - 180.0
-
-
 def overlap_mm(a: Place, b: Place) -> float:
     """Common extent along the axis; negative: the gap. All of the other where one states none."""
     return float(np.fmin(a.z_end_mm, b.z_end_mm) - np.fmax(a.z_start_mm, b.z_start_mm))
 
 
 def _off_arc_deg(found: Place, true: Place) -> float:
-    return max(abs(turn_deg(found.angle_deg, true.angle_deg)) - true.arc_deg, 0.0)
+    return max(abs(turn_deg(found.angle_deg - true.angle_deg)) - true.arc_deg, 0.0)
 
 
 def _at(found: Place, true: Place) -> bool:
@@ -111,7 +103,7 @@ def _best_piece(number: int, true: Place, found: Sequence[Place], match: Sequenc
         pieces,
         key=lambda piece: (
             -overlap_mm(found[piece], true),
-            abs(turn_deg(found[piece].angle_deg, true.angle_deg)),
+            abs(turn_deg(found[piece].angle_deg - true.angle_deg)),
         ),
         default=-1,
     )

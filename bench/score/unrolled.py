@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.score.matching import turn_deg
 from burrscan.arrays import Bools, Floats
+from burrscan.turns import turn_deg
 from scenes.truth import Truth
 
 _ROW_DEG = 0.4
@@ -37,7 +37,7 @@ class UnrolledGrid:
         """Mean of ``values`` (N,) at part-frame points (N, 3) in each cell; NaN where there are none."""
         rows, columns = self.shape
         middle = 0.5 * (self.deg[0] + self.deg[1])
-        angle = middle + turn_deg(np.degrees(np.arctan2(points_mm[:, 1], points_mm[:, 0])), middle)
+        angle = middle + turn_deg(np.degrees(np.arctan2(points_mm[:, 1], points_mm[:, 0])) - middle)
         row = np.floor((angle - self.deg[0]) / _ROW_DEG)
         column = np.floor((points_mm[:, 2] - self.z_mm[0]) / _COLUMN_MM)
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns) & np.isfinite(values)
@@ -63,5 +63,5 @@ def grid_of(points_mm: Floats) -> UnrolledGrid:
     x, y, z = points_mm.T
     z_mm = (float(np.floor(z.min())), float(np.ceil(z.max())))
     middle = float(np.degrees(np.arctan2(y.mean(), x.mean())))
-    turns = turn_deg(np.degrees(np.arctan2(y, x)), middle)
+    turns = turn_deg(np.degrees(np.arctan2(y, x)) - middle)
     return UnrolledGrid((middle + float(turns.min()), middle + float(turns.max())), z_mm)

@@ -6,6 +6,7 @@ import numpy as np
 
 from bench.synthetic.revolution import RidgeBurr
 from burrscan.arrays import Floats
+from burrscan.turns import turn_deg
 
 
 def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float) -> tuple[float, float]:
@@ -28,7 +29,7 @@ def cramer_rao(place: Floats, burr: RidgeBurr, *, sigma_mm: float) -> tuple[floa
 
     """
     z, phi = place.T
-    near = np.abs(np.degrees(np.angle(np.exp(1j * (phi - np.radians(burr.angle_deg)))))) < burr.width_deg
+    near = np.abs(turn_deg(np.degrees(phi) - burr.angle_deg)) < burr.width_deg
     z, x = z[near], np.degrees(phi[near]) - burr.angle_deg
     half = burr.width_deg / 2.0
     inside = (np.abs(x) < half) & (z >= burr.z_start_mm) & (z <= burr.z_end_mm)

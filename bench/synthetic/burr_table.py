@@ -15,6 +15,7 @@ from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Value
+from burrscan.turns import turn_deg
 
 TURNS: dict[str, tuple[float, float]] = {"along": (0.0, 0.0), "±5°": (-5.0, 5.0), "any": (-90.0, 90.0)}
 """Angle of the vertices' grid to the burr, degrees: the range it is drawn from."""
@@ -105,8 +106,7 @@ def _measured(row: Row, found: Burr, angle_error_deg: float, burr: RidgeBurr) ->
 def angle_error_deg(scan: RevolutionScan, found: Burr, burr: RidgeBurr) -> float:
     """Angle about the true axis of the burr's pose, less the true one."""
     place = scan.T_mesh_part[:3, :3].T @ (found.T_mesh_burr[:3, 3] - scan.T_mesh_part[:3, 3])
-    turn = np.degrees(np.arctan2(place[1], place[0])) - burr.angle_deg
-    return float((turn + 180.0) % 360.0 - 180.0)
+    return turn_deg(float(np.degrees(np.arctan2(place[1], place[0]))) - burr.angle_deg)
 
 
 def _places(scan: RevolutionScan) -> Floats:

@@ -12,6 +12,7 @@ from scipy.ndimage import uniform_filter
 from burrscan.arrays import Floats, Ints32
 from burrscan.documents import STRICT
 from burrscan.pose import placed
+from burrscan.turns import turn_deg
 
 
 def _arc(radius_mm: float, middle_mm: float, reach_rad: float) -> Floats:
@@ -68,7 +69,7 @@ class RidgeBurr:
 
     def height_at(self, z_mm: Floats, phi_rad: Floats) -> Floats:
         """Height above the surface at places of it, any shape."""
-        turn = np.degrees(np.angle(np.exp(1j * (phi_rad - np.radians(self.angle_deg)))))
+        turn = turn_deg(np.degrees(phi_rad) - self.angle_deg)
         along = (z_mm >= self.z_start_mm) & (z_mm <= self.z_end_mm)
         tent = np.clip(1.0 - 2.0 * np.abs(turn) / self.width_deg, 0.0, None)
         return np.asarray(self.height_mm * tent * along)

@@ -14,6 +14,7 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
 from burrscan.inspection import Burr, Value
+from burrscan.turns import turn_deg
 
 WITHIN_DEG = 0.1
 """Angles stated twice may differ by so much: two estimates of one place, not two places."""
@@ -105,7 +106,7 @@ def _with_angle(burr: Burr, angle_deg: float, who: str) -> Burr:
     stated = burr.angle_deg.value
     if not np.isfinite(stated):
         return replace(burr, angle_deg=Value(angle_deg, float("nan")))
-    if abs((stated - angle_deg + 180.0) % 360.0 - 180.0) > WITHIN_DEG:
+    if abs(turn_deg(stated - angle_deg)) > WITHIN_DEG:
         raise InputError(
             f"{who}: angle_deg is {stated:.3f}, but T_mesh_burr lies at {angle_deg:.3f} deg: "
             f"state one place, in {_FRAME}, or NaN for what is not known"

@@ -17,6 +17,7 @@ from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge, first_ridge, fit_ridge, misfit_of
 from burrscan.inspection import Axis, Burr, Value
+from burrscan.turns import turn_rad
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
@@ -164,7 +165,7 @@ def _first(field: Field, site: Site, frame: _Frame) -> Ridge | None:
 def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats, *, edged: bool) -> _Frame:
     angle = field.angle[site.chosen]
     middle = float(np.angle((weight * np.exp(1j * angle)).sum()))
-    x = np.angle(np.exp(1j * (angle - middle))) * radius
+    x = turn_rad(angle - middle) * radius
     y = field.along_mm[site.chosen] - (weight * field.along_mm[site.chosen]).sum() / weight.sum()
     direction = _direction(x, y, weight)
     a, b = direction
@@ -266,7 +267,7 @@ def _middle(site: Site, ridge: Ridge, frame: _Frame, spacing: float) -> tuple[Va
     nearest = int(np.argmin((frame.patch.u_mm - u) ** 2 + (frame.patch.v_mm - v) ** 2))
     radius = float(frame.radius[nearest])
     a, b = frame.direction
-    angle = float(np.angle(np.exp(1j * (frame.angle + (u * a - v * b) / radius))))
+    angle = turn_rad(frame.angle + (u * a - v * b) / radius)
     across = ridge.sigma_of([0, 1, u, 0, ridge.parameters[3]])
     return Value(angle, float(np.hypot(across * b, 0.3 * spacing * a)) / radius), int(site.chosen[nearest])
 

@@ -33,6 +33,7 @@ from burrscan.generatrix.profile import profile_of
 from burrscan.inspection import Axis, Burr, Value
 from burrscan.pose import placed
 from burrscan.robust import SIGMA_PER_MEDIAN
+from burrscan.turns import turn_rad
 
 _STRAIGHT = 0.6
 """Share of the columns that end within a vertex spacing of the median: a straight edge. Where fewer do, what
@@ -260,7 +261,7 @@ def _burr(end: _End, run: Ints, edge: _Edge, axis: Axis, field: Field) -> Burr:
     high = edge.off_mm[run % len(edge.off_mm)]
     step = field.arc[1] / len(edge.off_mm)
     angle = field.arc[0] + (0.5 * (run[0] + run[-1]) + 0.5) * step
-    angle = float(np.angle(np.exp(1j * angle)))
+    angle = turn_rad(angle)
     tall = float(np.quantile(high, _TALL))
     sigma = float(np.hypot(field.spacing_mm / np.sqrt(12.0), scatter))
     z = sorted((float(end.place[0]), float(end.place[0] + tall * end.ahead[0])))

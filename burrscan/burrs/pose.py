@@ -9,6 +9,7 @@ import numpy as np
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.inspection import Axis, Burr, Value
+from burrscan.turns import turn_deg, turn_rad
 
 
 def share_around(burr: Burr, axis: Axis) -> float:
@@ -23,14 +24,14 @@ def turned_to(burr: Burr, angle_rad: Value, z_mm: float, axis: Axis) -> Burr:
     pose = T_part @ burr.T_mesh_burr
     (x, y, z), along = pose[:3, 3], pose[:3, 0]
     lean = float((along[1] * x - along[0] * y) / along[2] * (z_mm - z) / (x * x + y * y))
-    turn = float(np.angle(np.exp(1j * (angle_rad.value - np.arctan2(y, x) - lean))))
+    turn = turn_rad(float(angle_rad.value - np.arctan2(y, x) - lean))
     cos, sin = np.cos(turn), np.sin(turn)
     T_turned = np.eye(4)
     T_turned[:2, :2] = [[cos, -sin], [sin, cos]]
     return replace(
         burr,
         angle_deg=Value(
-            float(np.degrees(np.angle(np.exp(1j * (np.radians(burr.angle_deg.value) + turn))))),
+            turn_deg(burr.angle_deg.value + float(np.degrees(turn))),
             float(np.degrees(angle_rad.sigma)),
         ),
         T_mesh_burr=np.linalg.inv(T_part) @ T_turned @ pose,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.turns import turn_deg, turn_rad
 from scenes.wheel import TrueBurr, Wheel, deviation_mm
 
 _FINE_MM = 0.15
@@ -90,7 +91,7 @@ def _middle(wheel: Wheel, number: int, z_mm: float) -> float:
         one, other = start[crossing], end[crossing]
         share = (level - one[:, 2]) / (other[:, 2] - one[:, 2])
         x, y = (one + share[:, None] * (other - one))[:, :2].T
-        away = np.angle(np.exp(1j * (np.arctan2(y, x) - np.radians(burr.angle_deg))))
+        away = turn_rad(np.arctan2(y, x) - np.radians(burr.angle_deg))
         if away.size:
             middles.append(0.5 * (away.min() + away.max()))
     return float(np.radians(burr.angle_deg) + (np.mean(middles) if middles else 0.0))
@@ -112,7 +113,7 @@ def _near(wheel: Wheel, burr: TrueBurr) -> Bools:
     middle = wheel.vertices_mm[wheel.faces].mean(axis=1)
     radius = np.hypot(middle[:, 0], middle[:, 1])
     off = np.degrees(np.arctan2(middle[:, 1], middle[:, 0])) - burr.angle_deg
-    off_mm = np.abs(np.radians((off + 180.0) % 360.0 - 180.0)) * radius
+    off_mm = np.abs(np.radians(turn_deg(off))) * radius
     half = 0.5 * np.radians(burr.arc_deg) * radius + 0.5 * burr.width_mm + burr.height_mm + _BESIDE_MM
     low, high = burr.z_start_mm - _BESIDE_MM, burr.z_end_mm + _BESIDE_MM
     outside = radius > 0.5 * float(np.hypot(burr.ridge_mm[:, 0], burr.ridge_mm[:, 1]).min())

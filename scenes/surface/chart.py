@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
+from burrscan.turns import turn_deg
 from scenes.surface.cover import half_extent_mm
 from scenes.surface.spec import Blemish, Chatter
 
@@ -79,7 +80,7 @@ class Place:
 
     def local_mm(self, angle_deg: Floats, walked_mm: Floats) -> tuple[Floats, Floats]:
         """X along the circumference and y along the outline of points, from the middle."""
-        turns = (angle_deg - self.angle_deg + 180.0) % 360.0 - 180.0
+        turns = turn_deg(angle_deg - self.angle_deg)
         return np.radians(turns) * self.radius_mm, walked_mm - self.walked_mm
 
 

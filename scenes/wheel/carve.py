@@ -15,6 +15,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints32
 from burrscan.errors import InputError
+from burrscan.turns import turn_deg
 from scenes.wheel.loft import loft
 from scenes.wheel.mill import Cut
 from scenes.wheel.outline import Outline
@@ -87,7 +88,7 @@ def _touched(tool: Tool, sections: int) -> Bools:
     """(sections,) the sections that a tool reaches into, with a margin."""
     x, y = tool.stations_mm[..., 0], tool.stations_mm[..., 1]
     off = np.degrees(np.arctan2(y, x)) - tool.angle_deg
-    spread = float(np.abs((off + 180.0) % 360.0 - 180.0).max())
+    spread = float(np.abs(turn_deg(off)).max())
     half = spread if tool.arc_deg < 180.0 else tool.arc_deg / 2.0
     step = 360.0 / sections
     low = int(np.floor((tool.angle_deg - half) / step)) - _MARGIN_SECTIONS

@@ -10,6 +10,7 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32, freeze
+from burrscan.turns import turn_deg
 
 _CELLS = 96
 """Along each side of the grid of candidate segments: a cell then holds a few; more cost more to fill."""
@@ -169,11 +170,11 @@ def _within(points: Floats, burr: TrueBurr) -> Bools:
     """Whether points lie in the burr's extent in angle and z, with a margin and its lean."""
     radius = np.hypot(points[:, 0], points[:, 1])
     angle = np.degrees(np.arctan2(points[:, 1], points[:, 0])) - burr.angle_deg
-    off_mm = np.abs(np.radians((angle + 180.0) % 360.0 - 180.0)) * radius
+    off_mm = np.abs(np.radians(turn_deg(angle))) * radius
     half_mm = np.radians(burr.arc_deg) / 2.0 * radius + _BESIDE_MM
     if burr.kind != "rim":
         crest = np.degrees(np.arctan2(burr.ridge_mm[:, 1], burr.ridge_mm[:, 0])) - burr.angle_deg
-        half_mm = half_mm + np.radians(np.abs((crest + 180.0) % 360.0 - 180.0).max()) * radius
+        half_mm = half_mm + np.radians(np.abs(turn_deg(crest)).max()) * radius
     along = (points[:, 2] > burr.z_start_mm - _BESIDE_MM) & (points[:, 2] < burr.z_end_mm + _BESIDE_MM)
     return np.asarray(along & (off_mm < half_mm))
 

@@ -24,6 +24,7 @@ from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.medians import column_medians, measured_share
 from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.turns import turn_deg
 
 MOST = 5.0
 """What this is worth, as a difference of misfits: of 338 rendered places the order was that of a ridge at 47
@@ -73,7 +74,7 @@ def stand(cells: Bools, surface: Unrolled) -> Stand:
     """Where camera and projector stand to a place (rows, columns) of the unrolled surface."""
     middle = float(surface.angle[np.nonzero(cells)[1]].mean())
     camera, projector = (
-        float(np.degrees(np.angle(np.exp(1j * (np.arctan2(at[1], at[0]) - middle)))))
+        turn_deg(float(np.degrees(np.arctan2(at[1], at[0]) - middle)))
         for at in (surface.camera_mm, surface.projector_mm)
     )
     seen, lit = _share(camera, projector, _SEEN_DEG), _share(projector, camera, _LIT_DEG)

@@ -12,6 +12,7 @@ from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface, share_around, turned_to
 from burrscan.inspection import Axis, Burr, Value
+from burrscan.turns import turn_deg, turn_rad
 
 HEIGHT_PER_WIDTH = 0.7
 """See the sigma."""
@@ -46,7 +47,7 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
     z, r = surface.z_mm[rows], float(surface.r_mm[rows].mean())
     if burr.z_end_mm.value < z.min() - reach or burr.z_start_mm.value > z.max() + reach:
         return False
-    turn = np.angle(np.exp(1j * (surface.angle[columns] - np.radians(burr.angle_deg.value))))
+    turn = turn_rad(surface.angle[columns] - np.radians(burr.angle_deg.value))
     half = 0.5 * burr.width_mm.value if np.isfinite(burr.width_mm.value) else 0.0
     return bool(np.abs(turn).min() * r <= reach + half)
 
@@ -61,7 +62,7 @@ def around(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> bool:
         return False
     rows, columns = np.nonzero(place.cells)
     reach, z, r = _REACH_CELLS * surface.step_mm, surface.z_mm[rows], surface.r_mm[rows]
-    turn = np.angle(np.exp(1j * (surface.angle[columns] - np.radians(burr.angle_deg.value))))
+    turn = turn_rad(surface.angle[columns] - np.radians(burr.angle_deg.value))
     inside = np.abs(turn) * r <= 0.5 * burr.length_mm.value + reach
     inside &= (z >= burr.z_start_mm.value - reach) & (z <= burr.z_end_mm.value + reach)
     return bool(np.count_nonzero(inside) > _MOSTLY * len(rows))
@@ -76,9 +77,10 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     its height contradicts the one told; where it does not, its sigma grows by the part of the place that
     nobody measured. What is then left of depth and light has little in common, and each has its weight.
     """
-    told, depth, share = _told(place, surface), burr.height_mm, place.hidden
+    side = _way(burr)
+    told, depth, share = _told(place, surface, side=side), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
-    bounced = place.told is not None and place.told.contradicts(depth.value, side=place.side)
+    bounced = place.told is not None and place.told.contradicts(depth.value, side=side)
     if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
         return with_height(burr, told, share=told.sigma / told.value)
     part = _PARTLY * place.lit * max(depth.value, told.value)
@@ -105,7 +107,7 @@ def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis, *, mirrored:
     shown = Value(
         float(np.radians(burr.angle_deg.value)), float(np.hypot(np.radians(burr.angle_deg.sigma), off))
     )
-    angle = place.told.angle_rad(side=place.side, depth=shown)
+    angle = place.told.angle_rad(side=_way(burr), depth=shown)
     if shown.sigma <= angle.sigma:
         return replace(burr, angle_deg=Value(burr.angle_deg.value, float(np.degrees(shown.sigma))))
     return turned_to(burr, angle, float(np.median(surface.z_mm[rows])), axis)
@@ -119,13 +121,18 @@ def _extents(place: Place, surface: Unrolled) -> tuple[float, float]:
     return float(np.median(each * surface.r_mm[used])) * turn, len(used) * surface.step_mm
 
 
-def _told(place: Place, surface: Unrolled) -> Value:
+def _way(burr: Burr) -> int:
+    """+1 where a burr is too much; what the light leaves open the depth decides, against the place's side."""
+    return 1 if burr.side == "protrusion" else -1
+
+
+def _told(place: Place, surface: Unrolled, *, side: int) -> Value:
     """The height that ridges or nicks laid beside a place tell, or its width where none can be.
 
     A width is counted in cells: up to half a one is off on either side.
     """
     if place.told is not None:
-        return place.told.height(side=place.side, aspect=Value(HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
+        return place.told.height(side=side, aspect=Value(HEIGHT_PER_WIDTH, _HEIGHT_SIGMA))
     width, counted = min(_extents(place, surface)), surface.step_mm / np.sqrt(6.0)
     return Value(HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, HEIGHT_PER_WIDTH * counted)))
 
@@ -160,15 +167,13 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     angle = Value(float(surface.angle[columns].mean()), across / np.sqrt(12.0) / r)
     if place.told is not None:
         angle = place.told.angle_rad(side=place.side)
-    height = _seen(place, _told(place, surface))
+    height = _seen(place, _told(place, surface, side=place.side))
     area, area_sigma = 0.5 * height.value * width, 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])
     direction = np.array([0.0, 1.0]) if along >= across else np.array([1.0, 0.0])
     return Burr(
         side="protrusion" if place.side > 0 else "nick",
-        angle_deg=Value(
-            float(np.degrees(np.angle(np.exp(1j * angle.value)))), float(np.degrees(angle.sigma))
-        ),
+        angle_deg=Value(turn_deg(float(np.degrees(angle.value))), float(np.degrees(angle.sigma))),
         z_start_mm=Value(float(z.min()) - 0.5 * step, step),
         z_end_mm=Value(float(z.max()) + 0.5 * step, step),
         height_mm=height,

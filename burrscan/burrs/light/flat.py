@@ -19,6 +19,7 @@ from burrscan.burrs.light.section import triangulated
 from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Axis, Burr
+from burrscan.turns import turn_rad
 
 _BESIDE_CELLS = 2
 """The pixels that an edge crosses reach so far beyond the cells whose depth is off."""
@@ -152,7 +153,7 @@ def _line(burr: Burr, surface: Unrolled, axis: Axis) -> tuple[Sequence[int], Flo
     inside = (surface.z_mm >= burr.z_start_mm.value) & (surface.z_mm <= burr.z_end_mm.value)
     rows = np.flatnonzero(inside & (np.abs(surface.r_mm - r) < _SAME_RADIUS * r))
     turned = angle + around / along[2] * (surface.z_mm[rows] - z) / r
-    wrapped = np.angle(np.exp(1j * (turned - surface.angle[len(surface.angle) // 2])))
+    wrapped = turn_rad(turned - surface.angle[len(surface.angle) // 2])
     middles = len(surface.angle) // 2 + wrapped / (surface.angle[1] - surface.angle[0])
     on = (middles >= 0.0) & (middles <= len(surface.angle) - 1)
     return rows[on].tolist(), middles[on]

@@ -17,6 +17,7 @@ from burrscan.burrs.light.medians import column_medians, measured_share
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Value
+from burrscan.turns import turn_deg, turn_rad
 
 _BESIDE_MM = 2.0
 """What is compared reaches so far beyond the place: there the light of its flanks is mirrored."""
@@ -105,7 +106,7 @@ class Told:
         """
         misfits = self.at[int(side < 0)]
         if depth is not None:
-            misfits = misfits + np.angle(np.exp(1j * (self.centres_rad - depth.value))) ** 2 / depth.sigma**2
+            misfits = misfits + turn_rad(self.centres_rad - depth.value) ** 2 / depth.sigma**2
         likely = np.exp(-0.5 * (misfits - misfits.min()))
         mean = float(likely @ self.centres_rad / likely.sum())
         spread = float(np.sqrt(likely @ (self.centres_rad - mean) ** 2 / likely.sum()))
@@ -193,8 +194,8 @@ def tilts_deg(surface: Unrolled, row: int) -> Floats:
     points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(angle.shape, z)], axis=-1)
     towards = [centre - points for centre in (surface.camera_mm, surface.projector_mm)]
     half = sum(one / np.linalg.norm(one, axis=-1, keepdims=True) for one in towards)
-    turn = angle - np.arctan2(half[:, 1], half[:, 0])
-    return np.asarray(np.degrees((turn + np.pi) % (2.0 * np.pi) - np.pi))
+    turn: Floats = np.degrees(angle - np.arctan2(half[:, 1], half[:, 0]))
+    return turn_deg(turn)
 
 
 def _lobe(tilt: Floats, brightness: Floats) -> Floats | None:

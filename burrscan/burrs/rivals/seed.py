@@ -17,6 +17,7 @@ from burrscan.burrs.field import field_of
 from burrscan.burrs.height import judged
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.pose import placed
+from burrscan.turns import turn_rad
 
 _CIRCLE_ITERATIONS = 5
 """RANSAC rounds per circle: the paper's five."""
@@ -85,7 +86,7 @@ def burrs_seed(
     field = field_of(vertices_mm, faces, axis, generatrix, sigma_mm=sigma_mm)
     chance = min(2.0 * np.radians(tolerance_deg) / field.arc[1], 1.0)
     significance = _significance(int(agree.sum()), len(angles), chance, iterations)
-    turn = np.abs(np.angle(np.exp(1j * (field.angle - angle))))
+    turn = np.abs(turn_rad(field.angle - angle))
     chosen = np.flatnonzero(turn < 2.0 * np.radians(tolerance_deg))
     on = turn[chosen] < np.radians(tolerance_deg)
     sign = 1 if np.median(signed[agree]) >= 0.0 else -1
@@ -194,7 +195,7 @@ def agreeing(angles: Floats, tolerance: float, iterations: int, rng: np.random.G
     """RANSAC with samples of one: the circles that agree with the best of the tried angles."""
     best = np.zeros(len(angles), dtype=np.bool_)
     for i in rng.integers(0, len(angles), iterations):
-        agree = np.abs(np.angle(np.exp(1j * (angles - angles[i])))) < tolerance
+        agree = np.abs(turn_rad(angles - angles[i])) < tolerance
         best = agree if agree.sum() > best.sum() else best
     return best
 
@@ -207,7 +208,7 @@ def _significance(agree: int, circles: int, chance: float, iterations: int) -> f
 
 def _with_angle(burr: Burr, angle: float, agreeing: Floats, axis: Axis) -> Burr:
     """The burr at the angle that the paper's mean gives, its pose turned there about the axis."""
-    spread = np.angle(np.exp(1j * (agreeing - angle)))
+    spread = turn_rad(agreeing - angle)
     sigma = float(np.std(spread) / np.sqrt(max(len(spread) - 1, 1)))
     part = T_part_mesh(axis.point_mm, axis.direction)
     by = angle - np.radians(burr.angle_deg.value)

@@ -196,6 +196,29 @@ def test_a_height_that_is_light_bounced_is_told_anew() -> None:
         assert doubted(_like(burr, height_mm=depth), replace(place, told=None), surface).height_mm == depth
 
 
+def test_where_the_depth_decides_the_side_the_light_is_asked_for_that_side() -> None:
+    """A place that leaves the side open: its ridges and nicks have heights and angles of their own."""
+    scene = Scene()
+    bright_line(scene, at=(-15.0, -10.0, 20.0))
+    surface, place, burr = seen(scene)
+    widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
+    heights = widths[:, None] * aspects
+    misfits = np.stack([np.log(heights / size) ** 2 / 0.1**2 for size in (2.0, 0.5)])
+    centres = np.radians(burr.angle_deg.value) + np.linspace(-0.05, 0.05, 11)
+    at = (np.arange(11) - np.array([[8.0], [2.0]])) ** 2 / 0.25**2
+    told = Told(widths, aspects, misfits, centres, at)
+    high = _like(burr, height_mm=Value(5.0, 0.1), angle_deg=Value(burr.angle_deg.value, 0.1))
+    for standing in (0.1, -0.1):
+        open_place = replace(place, told=told, aside=standing, above=5, below=5)
+        assert open_place.undecided
+        for side, height, centre in (("protrusion", 2.0, 8), ("nick", 0.5, 2)):
+            one = replace(high, side=side)  # type: ignore[arg-type]
+            again = doubted(one, open_place, surface)
+            assert again.height_mm.value == pytest.approx(height, rel=0.1)
+            moved = placed(one, open_place, surface, scene.axis, mirrored=1.0)
+            assert moved.angle_deg.value == pytest.approx(np.degrees(centres[centre]), abs=0.05)
+
+
 def test_a_height_that_was_measured_is_believed() -> None:
     scene = Scene()
     bright_line(scene, at=(-15.0, -10.0, 20.0))
