@@ -225,11 +225,15 @@ def load_scene(name_or_path: str) -> SceneSpec:
 
 def content_hash(*parts: Any) -> str:
     """A short hash of what dataclasses and plain values say; equal content gives equal hashes."""
-    plain = [
-        dataclasses.asdict(p) if dataclasses.is_dataclass(p) and not isinstance(p, type) else p for p in parts
-    ]
-    text = json.dumps(plain, sort_keys=True, default=str)
+    text = json.dumps(parts, sort_keys=True, default=_plain)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _plain(part: Any) -> Any:
+    """What JSON does not know: a dataclass as a table of its fields, all else as text."""
+    if dataclasses.is_dataclass(part) and not isinstance(part, type):
+        return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    return str(part)
 
 
 def scene_hash(scene: SceneSpec) -> str:
