@@ -85,6 +85,7 @@ SUITE = Suite(
 )
 
 
+@pytest.mark.study
 def test_a_step_left_out_of_a_scan_is_seen_and_measured_once(tmp_path: Path) -> None:
     bias = next(step for step in STEPS if step.name == "bias of the known light taken off")
     cases, told = expand(SUITE), list[str]()

@@ -17,6 +17,7 @@ from burrscan.captures.sheets import read_sheets
 from burrscan.rig import Rig
 from scenes.renderer import activate
 from scenes.scene import SceneSpec, load_scene
+from tests.tiers import some_of
 
 CAMERA_MIX = ((1.0, 0.12, 0.03), (0.08, 1.0, 0.10), (0.02, 0.15, 1.0))
 PROJECTOR_MIX = ((1.0, 0.06, 0.01), (0.10, 1.0, 0.07), (0.02, 0.09, 1.0))
@@ -51,7 +52,7 @@ def grey_ramps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "ramps"
 
 
-@pytest.mark.parametrize("channels", [1, 3])
+@some_of("channels", [1, 3], first=1)
 def test_rendered_ramps_give_both_sheets(
     channels: int, grey_ramps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

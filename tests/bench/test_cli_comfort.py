@@ -35,7 +35,7 @@ def test_json_on_standard_output_is_alone_there(rod: str, capsys: pytest.Capture
     assert "generatrix" in told.err
 
 
-@pytest.mark.parametrize("asked", [["suites"], ["show", "quick"], ["doctor"]])
+@pytest.mark.parametrize("asked", [["show", "quick"], ["doctor"]])
 def test_json_instead_of_text(asked: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     documents = []
     for where in ([], ["-"]):

@@ -20,6 +20,7 @@ from burrscan.captures.png import write_grey
 from burrscan.rig import Rig, View
 from tests.burrscan.arm import Arm, arm
 from tests.burrscan.boards import drawn_board
+from tests.tiers import some_of
 
 BOARD = Board(8, 5, 16.0)
 CAMERA = View(320, 256, 686.0, 686.0, 159.5, 127.5)
@@ -62,7 +63,7 @@ def twist(found: Floats, true: Floats) -> Floats:
     return np.array([*Rotation.from_matrix(off[:3, :3]).as_rotvec(), *off[:3, 3]])
 
 
-@pytest.mark.parametrize("kind", ["json", "csv"])
+@some_of("kind", ["json", "csv"], first=1)
 def test_drawn_boards_give_the_camera_on_the_flange(
     kind: str, drawn: tuple[Path, Arm], capsys: pytest.CaptureFixture[str]
 ) -> None:

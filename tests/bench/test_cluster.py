@@ -88,6 +88,7 @@ def test_a_worker_is_killed_and_a_late_one_goes_on(
     assert content(tmp_path / "r") == content(alone)
 
 
+@pytest.mark.study
 def test_the_scheduler_is_killed_and_another_goes_on(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
@@ -173,6 +174,7 @@ def test_a_case_that_kills_is_named_and_the_others_are_done(fakes: ModuleType, t
     assert not any(record.failure for record in load_run(out).records)
 
 
+@pytest.mark.study
 def test_a_worker_with_another_mitsuba_is_refused_by_name(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
@@ -307,6 +309,7 @@ name = "default"
 """
 
 
+@pytest.mark.study
 def test_the_command_makes_real_records_there_and_here(
     cluster: Cluster, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,6 +17,7 @@ from bench.run.job import Job
 from bench.run.runner import run_suite
 from bench.suites.cases import expand
 from tests.bench.cluster_lab import FAKES, small_suite
+from tests.tiers import some_of
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
         yield __import__(name)
 
 
-@pytest.mark.parametrize("scheme", ["folder", "memory"])
+@some_of("scheme", ["folder", "memory"], first=1)
 def test_pictures_stay_in_the_store_until_they_are_looked_at(
     scheme: str, fakes: ModuleType, tmp_path: Path
 ) -> None:

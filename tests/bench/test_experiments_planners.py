@@ -13,6 +13,7 @@ def world() -> World:
     return world_of("paper")
 
 
+@pytest.mark.study
 def test_the_planner_finds_more_than_even_turns(world: World) -> None:
     """28 points more on 120 parts, with 15 from part to part: on eight it is 10 at 3 sigma."""
     less = []

@@ -20,6 +20,7 @@ from bench.synthetic.ordinary_parts import box
 from burrscan.arrays import Floats
 from burrscan.errors import InputError
 from burrscan.inspection import Axis
+from tests.tiers import some_of
 
 SEED = 77
 
@@ -97,7 +98,7 @@ def test_the_limit_is_that_of_clopper_and_pearson(monkeypatch: pytest.MonkeyPatc
     assert counts.most_gross == pytest.approx(1.0 - 0.05 ** (1.0 / 3.0))
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@some_of("family", FAMILIES, first=3)
 def test_a_part_of_each_family_turns_about_z_and_its_axis_is_found(family: str) -> None:
     vertices, faces = FAMILIES[family](np.random.default_rng(SEED))
     assert faces.max() < len(vertices)

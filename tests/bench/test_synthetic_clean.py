@@ -13,9 +13,10 @@ from bench.synthetic.clean_command import clean_view, seen
 from bench.synthetic.depth_view import single_view
 from bench.synthetic.ordinary_parts import PARTS, box
 from burrscan.arrays import Floats, Ints
+from tests.tiers import some_of
 
 
-@pytest.mark.parametrize("part", PARTS)
+@some_of("part", PARTS, first=2)
 def test_every_edge_of_a_part_has_two_faces_or_lies_on_the_axis(part: str) -> None:
     for number in range(3):
         vertices, faces = PARTS[part](np.random.default_rng(number))
@@ -70,7 +71,7 @@ def test_a_view_is_the_same_each_time() -> None:
     assert np.linalg.norm(axis) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("part", "number"), [("vases", 10), ("vases", 12), ("wheels", 1), ("plates", 2)])
+@some_of(("part", "number"), [("vases", 10), ("vases", 12), ("wheels", 1), ("plates", 2)], first=2)
 def test_a_clean_view_has_no_burr(part: str, number: int) -> None:
     view = clean_view(part, number, noise=0.001)
     assert not view.burrs

@@ -13,6 +13,7 @@ from bench.synthetic.revolution import RidgeBurr, random_pose, revolution_scan
 from burrscan import Datum
 from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
+from tests.tiers import some_of
 
 SCAN = revolution_scan(sigma_mm=0.01, shape=(300, 80), burrs=(RidgeBurr(angle_deg=25.0, z_end_mm=0.0),))
 BACK = np.linalg.inv(SCAN.T_mesh_part)
@@ -25,7 +26,7 @@ def datum_of(pose: Any) -> Datum:
     return Datum(zero_mm=zero, up=tuple(pose[:3, 2] + 0.3 * pose[:3, 0]), origin_mm=origin)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@some_of("seed", range(6), first=2)
 def test_a_part_laid_down_anew_keeps_its_angles_and_its_z(seed: int) -> None:
     pose = random_pose(np.random.default_rng(seed))
     local = (SCAN.vertices_mm - SCAN.T_mesh_part[:3, 3]) @ SCAN.T_mesh_part[:3, :3]
@@ -57,7 +58,7 @@ def test_a_turned_axis_keeps_its_surface_and_its_uncertainty() -> None:
     np.testing.assert_allclose(again, plain.deviation_mm, atol=1e-6)
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("datum", "message"),
     [
         (lambda axis: Datum(zero_mm=tuple(axis.point_mm)), "lies on the axis found"),
@@ -67,6 +68,7 @@ def test_a_turned_axis_keeps_its_surface_and_its_uncertainty() -> None:
         ),
         (lambda _axis: Datum(origin_mm=(0.0, float("nan"), 0.0)), "three finite numbers"),
     ],
+    first=1,
 )
 def test_a_datum_that_says_nothing_is_refused(datum: Any, message: str) -> None:
     plain = burrscan.inspect_mesh(SCAN.vertices_mm, SCAN.faces, sigma_mm=0.01)

@@ -21,6 +21,7 @@ from burrscan.meshio import read_mesh
 from scenes.wheel import Wheel, build_wheel, load_wheel
 from scenes.wheel.spec import AxialRidge, WheelSpec
 from tests.burrscan.parts import turned, whole_wheel
+from tests.tiers import some_of
 
 UP = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
 
@@ -73,9 +74,7 @@ def assert_found(wheel: Wheel, found: Inspection, T_mesh_part: Floats, *, within
         assert burr.width_mm.value == pytest.approx(true.width_mm, rel=0.15)
 
 
-@pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.study) for seed in range(2, 9))]
-)
+@some_of("seed", [1, 0, *range(2, 9)], first=1)
 def test_burrs_of_drawn_wheels_are_found_and_measured(seed: int, tmp_path: Path) -> None:
     wheel = drawn(seed)
     vertices, faces = wheel.welded()
@@ -88,7 +87,7 @@ def test_burrs_of_drawn_wheels_are_found_and_measured(seed: int, tmp_path: Path)
     assert "facets" in {check.name for check in found.checks if check.passed}
 
 
-@pytest.mark.parametrize("facet_error_mm", [pytest.param(0.1, marks=pytest.mark.study), 0.02, 0.005])
+@some_of("facet_error_mm", [0.02, 0.005, 0.1], first=1)
 def test_finer_facets_do_not_change_a_burr(facet_error_mm: float) -> None:
     """A burr of 1.5 mm read 3.1, 2.6, 2.3 mm."""
     wheel, found = paper(facet_error_mm)
@@ -138,6 +137,7 @@ def test_many_burrs_that_are_alike_are_no_surface(
     assert_found(wheel, burrscan.inspect_mesh(*wheel.welded()), np.eye(4), within=0.02)
 
 
+@pytest.mark.study
 def test_a_drawing_inside_out_is_the_same_drawing() -> None:
     wheel, _ = paper(0.02)
     vertices, faces = wheel.welded()

@@ -17,6 +17,7 @@ from burrscan.linear import linear, linear_camera, linear_images
 from burrscan.scan import METHODS
 from burrscan.variants import resolve
 from tests.burrscan.instrument import Instrument, small_rig
+from tests.tiers import some_of
 
 TOE = 0.004
 
@@ -47,14 +48,14 @@ def pulls(name: str, gamma: float) -> tuple[float, float]:
     return 1.4826 * float(np.median(np.abs(pull))), 1.0 - float(right[accepted].mean())
 
 
-@pytest.mark.parametrize("name", ["fixed", "adaptive", "multi_exposure"])
+@some_of("name", ["fixed", "adaptive", "multi_exposure"], first=1)
 def test_pulls_hold_with_a_curve(name: str) -> None:
     deviation, wrong = pulls(name, 0.6)
     assert 0.9 < deviation < 1.1
     assert wrong < 0.002
 
 
-@pytest.mark.parametrize("name", sorted(set(METHODS) - {"colour"}))
+@some_of("name", [*sorted(set(METHODS) - {"colour", "single_shot"}), "single_shot"], first=len(METHODS) - 2)
 def test_every_strategy_measures_as_much_and_as_well_with_a_curve(name: str) -> None:
     bent, straight = scanned(name, 0.6)[0].correspondence, scanned(name, 1.0)[0].correspondence
     assert bent.mask.sum() == pytest.approx(straight.mask.sum(), rel=0.03)

@@ -19,6 +19,7 @@ from scenes.wheel import (
     load_wheel,
 )
 from tests.scenes.wheels import CYLINDER, STEPPED, sampled_points
+from tests.tiers import some_of
 
 # a fillet of 1 mm between the cone of the rim test and its face begins tan(49.7 deg) = 1.180 mm from the edge
 COS = float(np.cos(np.arctan2(10.0, 60.0)))
@@ -59,7 +60,7 @@ def test_the_height_on_a_cone_is_along_the_normal() -> None:
     assert np.allclose(wheel.burrs[0].deviation_mm, 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["paper", "vase", "grooved_pulley"])
+@some_of("name", ["paper", "vase", "grooved_pulley"], first=1)
 def test_a_ridge_over_steps_and_fillets_never_exceeds_its_height(name: str) -> None:
     spec = load_wheel(name)
     z = np.array([vertex[0] for vertex in spec.generatrix])

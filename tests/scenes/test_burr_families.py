@@ -14,6 +14,7 @@ from burrscan.errors import InputError
 from scenes.wheel import AxialRidge, BurrSpec, RimBurr, Wheel, WheelSpec, build_wheel, deviation_mm
 from scenes.wheel.course import random_course
 from tests.scenes.wheels import CYLINDER, edge_counts, face_normals, largest_radius, radii_met, volume_mm3
+from tests.tiers import some_of
 
 Family = Literal["triangle", "rounded", "rolled", "flake"]
 FAMILIES = get_args(Family)
@@ -108,7 +109,7 @@ def test_only_a_rolled_burr_has_an_undercut() -> None:
         assert outwards.min() > -1e-6, family
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@some_of("family", FAMILIES, first=1)
 def test_the_height_along_a_torn_burr_is_what_independent_rays_meet(family: Family) -> None:
     burr = _ridge(
         family, height_rms=0.3, lean_rms_deg=8.0, thickness_rms=0.2, gap_share=0.25,

@@ -24,6 +24,7 @@ from scenes.transport.trace import shares
 from scenes.transport.turn import CELLS, STRIPS, Guided, turned
 from scenes.transport.world import wheel_mesh
 from scenes.wheel import build_wheel, load_wheel
+from tests.tiers import some_of
 
 _PATHS = 1 << 17
 
@@ -94,7 +95,7 @@ def plainly(mi: Any, seen: Seen, paths: Given) -> Iterator[Floats32]:
         yield dr.select(si.is_valid(), lit.weight * throughput, 0.0).numpy()
 
 
-@pytest.mark.parametrize("guided", [False, True])
+@some_of("guided", [True, False], first=1)
 def test_paths_gathered_together_carry_what_each_would_alone(mi: Any, seen: Seen, *, guided: bool) -> None:
     paths = given(mi, guided=guided)
     ours = later_surfaces(mi, seen.scene, seen.optics, seen.si, seen.chance, 3, paths=paths).arrivals

@@ -28,6 +28,7 @@ from scenes.transport.world import wheel_mesh
 from scenes.wheel import Wheel, build_wheel, load_wheel
 from tests.data.stock import kept_blocks
 from tests.scenes.pulley import FINISHES, RUNS, blocks, bsdf, patterns, pose, pulley, stripes_on, uneven
+from tests.tiers import some_of
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +88,7 @@ def test_relighting_is_the_matrix_product() -> None:
     assert transport.relight(columns) == pytest.approx(transport.relight(columns.copy()), rel=1e-6)
 
 
-@pytest.mark.parametrize("finish", sorted(FINISHES))
+@some_of("finish", sorted(FINISHES), first=1)
 def test_agrees_with_stock_mitsuba(mi: Any, finish: str) -> None:
     """Every block of every pattern of direct light, z-tested with Bonferroni's correction at 99.9 % in all.
 
@@ -227,6 +228,7 @@ def test_rows_are_added_by_their_share() -> None:
     assert len(rows.values) == 4
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("bounces", "settings"),
     [

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from burrscan.errors import InputError
 from scenes.wheel import AxialRidge, BurrSpec, Nick, RimBurr, WheelSpec, build_wheel, load_wheel, wheel_names
 from tests.scenes.wheels import CYLINDER, RING, STEPPED, edge_counts, face_normals, sampled_points, volume_mm3
+from tests.tiers import some_of
 
 
-@pytest.mark.parametrize("name", wheel_names())
+@some_of("name", wheel_names(), first=4)
 def test_every_wheel_of_the_catalogue_is_watertight_with_its_burrs(name: str) -> None:
     wheel = build_wheel(load_wheel(name))
     vertices, faces = wheel.welded()

@@ -6,9 +6,10 @@ import trimesh
 
 from bench.synthetic.revolution import profile_of, revolution_scan
 from burrscan.axis import find_axis
+from tests.tiers import some_of
 
 
-@pytest.mark.parametrize("count", [16, 32, 100])
+@some_of("count", [16, 32, 100], first=2)
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_a_sphere_has_no_axis_though_its_mesh_has_poles(count: int, noise: float) -> None:
     mesh = trimesh.creation.uv_sphere(radius=50.0, count=[count, count])
@@ -18,7 +19,7 @@ def test_a_sphere_has_no_axis_though_its_mesh_has_poles(count: int, noise: float
     assert axis.sigma_deg > 45.0
 
 
-@pytest.mark.parametrize("shape", [(120, 60), (242, 96)])
+@some_of("shape", [(120, 60), (242, 96)], first=1)
 @pytest.mark.parametrize("profile", ["sphere", "plane"])
 def test_noise_of_a_small_mesh_feigns_no_axis(profile: str, shape: tuple[int, int]) -> None:
     expected = {"sphere": "direction", "plane": "position"}[profile]

@@ -96,6 +96,7 @@ def test_the_slopes_variance_is_that_of_the_derivative_of_the_piece() -> None:
     np.testing.assert_allclose(slopes[:, 1, 0, 0], expected, rtol=1e-9)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     "over", [pytest.param(1, marks=pytest.mark.study), 9, pytest.param(25, marks=pytest.mark.study)]
 )

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 import trimesh
 
 from bench.synthetic.depth_view import single_view
@@ -11,9 +10,10 @@ from bench.synthetic.revolution import axis_angle_deg
 from burrscan.axis import find_axis
 from burrscan.meshio import read_mesh
 from tests.data import AXES, meshes
+from tests.tiers import some_of
 
 
-@pytest.mark.parametrize("path", meshes())
+@some_of("path", meshes(), first=2)
 def test_single_views(path: Path) -> None:
     read = read_mesh(path)
     mesh = trimesh.Trimesh(read.vertices_mm, read.faces, process=True)  # STL repeats every vertex

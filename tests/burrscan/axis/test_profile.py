@@ -12,6 +12,7 @@ from burrscan.arrays import Floats
 from burrscan.axis import find_axis
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.inspection import Axis
+from tests.tiers import some_of
 
 SMALL = (200, 80)
 
@@ -25,7 +26,7 @@ def _tilt_and_offset(axis: Axis, scan: RevolutionScan) -> Floats:
     return np.concatenate([basis.T @ np.cross(axis.direction, truth), basis.T @ offset])
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("arc_deg", "sigma_mm", "goal_deg"),
     [
         (140.0, 0.05, 0.0022),
@@ -35,6 +36,7 @@ def _tilt_and_offset(axis: Axis, scan: RevolutionScan) -> Floats:
         (60.0, 0.2, 0.045),
         pytest.param(60.0, 1.0, 0.25, marks=pytest.mark.study),
     ],
+    first=1,
 )
 def test_stepped_wheel_reaches_its_goals(arc_deg: float, sigma_mm: float, goal_deg: float) -> None:
     scans = [revolution_scan(arc_deg=arc_deg, sigma_mm=sigma_mm, seed=seed) for seed in range(9)]
@@ -46,9 +48,10 @@ def test_stepped_wheel_reaches_its_goals(arc_deg: float, sigma_mm: float, goal_d
     assert np.sqrt(np.mean(np.square(errors))) < 1.9 * bound
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("profile", "arc_deg"),
     [("cylinder", 140.0), ("cone", 140.0), ("flanged_hub", 140.0), ("torus", 100.0), ("vase", 90.0)],
+    first=2,
 )
 def test_other_shapes_come_near_the_bound(profile: str, arc_deg: float) -> None:
     errors = []
@@ -140,7 +143,7 @@ def test_exact_surfaces_give_exact_axes() -> None:
         assert np.linalg.norm(off_mm) < 1e-2
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("profile", "arc_deg", "sigma_mm", "expected"),
     [
         ("sphere", 140.0, 0.05, ("direction",)),
@@ -151,6 +154,7 @@ def test_exact_surfaces_give_exact_axes() -> None:
         ("cylinder", 140.0, 0.2, ()),
         ("torus", 140.0, 0.2, ()),
     ],
+    first=3,
 )
 def test_says_what_is_open(profile: str, arc_deg: float, sigma_mm: float, expected: tuple[str, ...]) -> None:
     scan = revolution_scan(profile, arc_deg=arc_deg, sigma_mm=sigma_mm, seed=1)

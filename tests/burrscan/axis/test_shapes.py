@@ -1,12 +1,12 @@
 """Machine parts that are not wholly of revolution: their teeth, knurls and flats must not turn the axis."""
 
 import numpy as np
-import pytest
 
 from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import axis_angle_deg
 from burrscan.arrays import Floats, Ints, Ints32
 from burrscan.axis import find_axis
+from tests.tiers import some_of
 
 
 def stacked(sections: list[tuple[Floats, float, float]]) -> tuple[Floats, Ints32]:
@@ -54,7 +54,7 @@ PARTS = {
 }
 
 
-@pytest.mark.parametrize("name", PARTS)
+@some_of("name", PARTS, first=1)
 def test_single_views_of_machine_parts(name: str) -> None:
     vertices, faces = stacked(PARTS[name])
     for i, view in enumerate(np.random.default_rng(8).normal(size=(3, 3))):

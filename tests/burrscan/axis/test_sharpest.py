@@ -15,6 +15,7 @@ from burrscan.axis.fitting.fit import Fit, curve_of, frame_of, meridian, off_pie
 from burrscan.axis.fitting.scales import relative_scales, thickness_of, unlikelihood
 from burrscan.axis.fitting.sharpest import sharpest_place
 from burrscan.inspection import Axis
+from tests.tiers import some_of
 
 _SEED = 777
 
@@ -28,7 +29,7 @@ def place_error_mm(family: str, number: int) -> float:
     return float(np.linalg.norm(np.cross(middle - axis.point_mm, axis.direction)))
 
 
-@pytest.mark.parametrize("number", [2, 96, 107])
+@some_of("number", [2, 96, 107], first=1)
 def test_a_fluted_side_has_its_say_beside_a_flat_face(number: int) -> None:
     """Vases seen nearly from the end were 49, 12 and 21 mm off, with sigmas below 0.5 mm."""
     assert place_error_mm("flutes", number) < 0.3

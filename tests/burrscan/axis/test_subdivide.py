@@ -8,10 +8,11 @@ from bench.synthetic.revolution import axis_angle_deg, profile_of, random_pose, 
 from burrscan import inspect_mesh
 from burrscan.axis import find_axis
 from burrscan.axis.points.subdivide import COARSE, TARGET, subdivided
+from tests.tiers import some_of
 
 
 @pytest.mark.parametrize("sections", [24, 200])
-@pytest.mark.parametrize("name", ["stepped_wheel", "flanged_hub", "cylinder", "cone"])
+@some_of("name", ["stepped_wheel", "flanged_hub", "cylinder", "cone"], first=3)
 def test_a_drawing_s_axis_is_found_and_determined(name: str, sections: int) -> None:
     outline = profile_of(name)[:, ::-1]
     closed = np.vstack([[0.0, outline[0, 1]], outline, [0.0, outline[-1, 1]]])

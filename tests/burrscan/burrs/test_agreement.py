@@ -17,6 +17,7 @@ from burrscan.burrs import burrs_residual
 from burrscan.errors import InputError
 from burrscan.inspection import Axis, Burr, Generatrix, Value
 from burrscan.pipeline import Pipeline, Stage, check
+from tests.tiers import some_of
 
 SCAN = revolution_scan(sigma_mm=0.03, seed=4, shape=(300, 90), burrs=(RidgeBurr(angle_deg=20.0),))
 HERE = __name__
@@ -53,7 +54,7 @@ without_angle = finder(lambda burr: replace(burr, angle_deg=NOT_STATED))
 without_pose = finder(lambda burr: replace(burr, T_mesh_burr=np.full((4, 4), np.nan)))
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("name", "message"),
     [
         ("turned_away", r"burr 0: angle_deg is .* but T_mesh_burr lies at .* deg: state one place"),
@@ -66,6 +67,7 @@ without_pose = finder(lambda burr: replace(burr, T_mesh_burr=np.full((4, 4), np.
         ("skewed", "no rigid motion"),
         ("tables", "must return a tuple of burrscan.Burr, not a tuple that holds dict"),
     ],
+    first=3,
 )
 def test_a_burr_that_states_two_places_is_refused_when_it_comes_in(name: str, message: str) -> None:
     with pytest.raises(InputError, match=message):

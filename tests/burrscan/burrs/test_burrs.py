@@ -21,6 +21,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix import fit_generatrix
 from burrscan.inspection import Axis, Burr
 from tests.burrscan.parts import angle_in_frame_deg, exact_axis, scattered_scan, turned, z_offset_mm
+from tests.tiers import some_of
 
 Lift: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
 
@@ -149,7 +150,7 @@ def test_regular_rows_leave_height_open_and_say_so() -> None:
         assert abs(burr.height_mm.value - 2.0) < 2.0 * burr.height_mm.sigma
 
 
-@pytest.mark.parametrize("height_mm", [2.0, 1.5])
+@some_of("height_mm", [2.0, 1.5], first=1)
 def test_a_crest_on_a_vertex_is_measured_exactly(height_mm: float) -> None:
     for seed in range(4):
         scan = revolution_scan(
@@ -170,7 +171,7 @@ def test_the_height_is_that_of_the_highest_stretch() -> None:
     assert abs(burr.height_mm.value - 1.6) < 3.0 * burr.height_mm.sigma
 
 
-@pytest.mark.parametrize("shape", ["stepped_wheel", "cylinder", "vase", "flanged_hub", "torus"])
+@some_of("shape", ["stepped_wheel", "cylinder", "vase", "flanged_hub", "torus"], first=2)
 def test_clean_wheels_are_clean(shape: str) -> None:
     for seed in range(3):
         scan = revolution_scan(shape, sigma_mm=0.05, seed=100 + seed, arc_deg=[60.0, 140.0, 100.0][seed])

@@ -19,6 +19,7 @@ from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Burr, Generatrix
 from burrscan.pipeline import Stage
 from scenes.wheel import AxialRidge, BurrSpec, Nick, RimBurr, TrueBurr, build_wheel, load_wheel
+from tests.tiers import some_of
 
 EDGES = (
     ("spokes", 31002),  # bars that run through the rim, and whose ends hang on it
@@ -80,7 +81,7 @@ FAMILIES: tuple[BurrSpec, ...] = (
 """On the largest cylinder of the stepped hub; the second nick runs out over its edge."""
 
 
-@pytest.mark.parametrize("pixels", [250, pytest.param(500, marks=pytest.mark.study)])
+@some_of("pixels", [250, pytest.param(500, marks=pytest.mark.study)], first=1)
 @pytest.mark.parametrize("tilt_deg", [0.0, 40.0])
 def test_burrs_of_every_family_stay(pixels: int, tilt_deg: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """All that are called without both rules; at most one is not: a rim burr seen from aside, say."""

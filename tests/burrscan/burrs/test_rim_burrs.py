@@ -21,6 +21,7 @@ from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Burr, Inspection
 from burrscan.pose import placed
 from scenes.wheel import RimBurr, build_wheel, load_wheel
+from tests.tiers import some_of
 
 _HEIGHT_MM, _RADIUS_MM = 1.2, 70.0
 
@@ -46,7 +47,7 @@ def called(
     return inspect_mesh(*single_view(*wheel.welded(), view, pixels=300, sigma=0.02, seed=seed)).burrs
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("angles_deg", "arc_deg", "direction", "from_deg"),
     [
         ((0.0,), 60.0, "radial", 17.0),
@@ -56,6 +57,7 @@ def called(
         pytest.param((-50.0, 0.0, 45.0), 30.0, "axial", 63.0, marks=pytest.mark.study),
         pytest.param((-35.0, 25.0), 45.0, "axial", 63.0, marks=pytest.mark.study),
     ],
+    first=1,
 )
 def test_every_burr_of_an_edge_is_measured(
     angles_deg: tuple[float, ...], arc_deg: float, direction: str, from_deg: float
@@ -125,9 +127,10 @@ def no(*_: object, **__: object) -> bool:
     return False
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("direction", "up_rad"),
     [("radial", 0.3), ("radial", 0.6), ("radial", 0.95), ("axial", 0.6), ("axial", 1.1)],
+    first=2,
 )
 def test_a_burr_is_as_high_as_its_one_visible_flank_reaches(direction: str, up_rad: float) -> None:
     (burr,) = inspect_mesh(*from_above(rim(0.0, 20.0, 1.5, 0.9, direction), up_rad=up_rad)).burrs
@@ -295,7 +298,7 @@ def never(*_: object, **__: object) -> Bools:
     return np.zeros(1, np.bool_)
 
 
-@pytest.mark.parametrize(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])
+@some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)], first=1)
 def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
     monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
 ) -> None:
@@ -368,7 +371,7 @@ def outlines(seen: Seen, *, up_rad: float) -> tuple[tuple[Burr, ...], Inspection
     return tuple(burrs.burrs), found
 
 
-@pytest.mark.parametrize(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)])
+@some_of(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)], first=1)
 def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
     monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
 ) -> None:
@@ -383,7 +386,7 @@ def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
     assert outlines(seen, up_rad=up_rad)[0] == ()
 
 
-@pytest.mark.parametrize("up_rad", [-0.15, 0.03, 0.2])
+@some_of("up_rad", [-0.15, 0.03, 0.2], first=2)
 @pytest.mark.parametrize("name", ["paper", "cone"])
 def test_an_outline_without_steps_has_none(name: str, up_rad: float) -> None:
     wheel = build_wheel(load_wheel(name), [], facet_error_mm=0.01)

@@ -8,6 +8,7 @@ from bench.synthetic.ordinary_parts import closed, turned
 from burrscan.api import inspect_mesh
 from burrscan.arrays import Floats, Ints32
 from burrscan.burrs.sheets import of_another_surface
+from tests.tiers import some_of
 
 HEIGHT_MM = 2.0
 
@@ -33,14 +34,14 @@ def cup(tilt_deg: float, *, wall_mm: float = 4.0, ridge: bool = False) -> tuple[
     return single_view(*turned(closed(outline), around=1440, lift=lift), view, pixels=200, sigma=0.1, seed=4)
 
 
-@pytest.mark.parametrize(("tilt_deg", "wall_mm"), [(60.0, 2.0), (70.0, 2.0), (80.0, 2.0), (70.0, 3.0)])
+@some_of(("tilt_deg", "wall_mm"), [(60.0, 2.0), (70.0, 2.0), (80.0, 2.0), (70.0, 3.0)], first=2)
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_the_far_side_of_a_wall_is_no_burr(*, tilt_deg: float, wall_mm: float, inside_out: bool) -> None:
     vertices, faces = cup(tilt_deg, wall_mm=wall_mm)
     assert not inspect_mesh(vertices, np.ascontiguousarray(faces[:, ::-1]) if inside_out else faces).burrs
 
 
-@pytest.mark.parametrize("tilt_deg", [40.0, 55.0, 70.0])
+@some_of("tilt_deg", [40.0, 55.0, 70.0], first=1)
 def test_a_burr_on_a_thin_wall_is_found(tilt_deg: float) -> None:
     (burr,) = inspect_mesh(*cup(tilt_deg, ridge=True)).burrs
     assert burr.side == "protrusion"

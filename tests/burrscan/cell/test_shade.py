@@ -12,6 +12,7 @@ from burrscan.inspection import Axis, Generatrix, Inspection, Value
 from burrscan.sight import Sight
 from scenes.rig import RigSpec
 from tests.burrscan.cell.parts import RADIUS_MM, burr, facing
+from tests.tiers import some_of
 
 _RIG = RigSpec(scale=0.5).rig()
 _CAMERA = facing(0.0)
@@ -64,7 +65,7 @@ def _centre(sight: Sight, *, reach_mm: float = 1.0) -> Value | None:
     return None if found is None else Value(-found.value, found.sigma)
 
 
-@pytest.mark.parametrize("dark", [3.0, -1.0])
+@some_of("dark", [3.0, -1.0], first=1)
 def test_the_middle_is_told_to_a_fraction_of_a_pixel(dark: float) -> None:
     errors, stated = [], []
     for seed, at in enumerate(np.linspace(-0.7, 0.7, 15)):

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats
 from burrscan.cell.positioner import PositionerSheet
 from burrscan.cell.sightings import Sighting, place_now, place_to_go
+from tests.tiers import some_of
 
 _SHEET = PositionerSheet(reach_mm=1300.0)
 _LEVER_MM = 500.0
@@ -46,7 +47,7 @@ def test_one_look_is_what_it_says() -> None:
     assert np.isclose(sigma, 0.02)
 
 
-@pytest.mark.parametrize("looks", [2, 3, 5])
+@some_of("looks", [2, 3, 5], first=1)
 def test_where_the_mill_stands_is_for_the_last_look_to_say_and_where_to_go_for_all(looks: int) -> None:
     for own in (0.01, 0.06):
         runs = _runs(800, own=own, looks=looks)

@@ -18,6 +18,7 @@ from burrscan.registration.scale import scale_of
 from burrscan.registration.solve import Step, solve
 from tests.burrscan.registration.sectors import OVERLAP, TURNS, pawn, sector
 from tests.burrscan.registration.views import true_pose
+from tests.tiers import some_of
 
 
 def errors(found: Alignment, turns: tuple[float, ...] = TURNS) -> Floats:
@@ -36,7 +37,7 @@ def sectors(seed: int, turns: tuple[float, ...] = TURNS, **options: object) -> l
     return [sector(turn, rng, **options) for turn in turns]  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("shape", "noise_mm", "spacing_mm", "gridded", "half_mm"),
     [
         # triangles folded over: twice as noisy as they are long
@@ -46,6 +47,7 @@ def sectors(seed: int, turns: tuple[float, ...] = TURNS, **options: object) -> l
         pytest.param("wheel", 0.1, 0.3, False, 20.0, marks=pytest.mark.study),
         ("wheel", 0.02, 1.0, True, 20.0),
     ],
+    first=1,
 )
 def test_four_sectors_that_overlap_by_a_third_are_put_where_they_were(
     shape: str, noise_mm: float, spacing_mm: float, gridded: int, half_mm: float

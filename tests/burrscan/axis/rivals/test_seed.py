@@ -92,6 +92,7 @@ def _errors(method: str, count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(errors), np.array(evaluations)
 
 
+@pytest.mark.study
 def test_the_charitable_reading_finds_what_the_literal_one_misses() -> None:
     """24 stepped wheels with little noise; docs/seed.md has the figures of rendered wheels."""
     errors, evaluations = _errors("seed", 24)

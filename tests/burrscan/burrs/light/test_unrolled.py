@@ -14,6 +14,7 @@ from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.inspection import Axis, Generatrix
 from burrscan.rig import Rig
 from tests.burrscan.instrument import cylinder_depth, small_rig
+from tests.tiers import some_of
 
 _CYLINDER = np.array([[-50.0, 90.0], [50.0, 90.0]])
 _STEPPED = np.array([[-50.0, 60.0], [-10.0, 60.0], [-10.0, 90.0], [20.0, 90.0], [20.0, 45.0], [50.0, 45.0]])
@@ -67,7 +68,7 @@ def in_raster(points: Floats, rig: Rig, margin: float) -> Bools:
     return found
 
 
-@pytest.mark.parametrize(
+@some_of(
     ("profile", "direction"),
     [
         (_CYLINDER, (0, 1, 0)),
@@ -76,6 +77,7 @@ def in_raster(points: Floats, rig: Rig, margin: float) -> Bools:
         (_STEPPED, (-0.1, 1.0, -0.3)),
     ],
     ids=["cylinder", "stepped", "towards", "away"],
+    first=2,
 )
 def test_open_is_what_rays_from_both_devices_reach(
     profile: Floats, direction: tuple[float, float, float]
