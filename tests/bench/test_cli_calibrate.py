@@ -150,6 +150,7 @@ def test_a_capture_of_columns_alone_is_no_board(tmp_path: Path, capsys: pytest.C
     assert "no capture.json" in capsys.readouterr().err
 
 
+@pytest.mark.study
 def test_a_scan_told_measured_sheets_is_as_good(grey_ramps: Path, tmp_path: Path) -> None:
     """Calibrate, scan by what was measured, replay: the same pixels as with the true sheets, within 1 %."""
     path, _ = written(tmp_path, colour=False)

@@ -156,6 +156,7 @@ def test_the_driver_is_killed_and_another_resumes(
     assert len(load_run(out).manifest["sessions"]) == 2
 
 
+@pytest.mark.study
 def test_a_case_that_kills_is_named_and_the_others_are_done(fakes: ModuleType, tmp_path: Path) -> None:
     cluster = Cluster(tmp_path, (Path(str(fakes.__file__)).parent,))
     out = tmp_path / "r"
@@ -208,6 +209,7 @@ def test_a_worker_with_another_mitsuba_is_refused_by_name(
     assert waited[-1].workers == 1
 
 
+@pytest.mark.study
 def test_pictures_go_to_the_store_that_is_named(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:

@@ -96,6 +96,7 @@ def test_the_fit_is_the_maximum_of_the_likelihood() -> None:
     assert abs((residual * np.log(size)).sum()) < 1e-2
 
 
+@pytest.mark.study
 def test_asymptotes_are_found() -> None:
     random = np.random.default_rng(4)
     size = np.concatenate([np.zeros(60), np.exp(random.uniform(math.log(0.1), math.log(3.0), 160))])

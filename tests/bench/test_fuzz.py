@@ -18,8 +18,8 @@ from bench.checks.fuzz.places import UPSETS
 from bench.checks.fuzz.sound import TRUTH, write_sound
 from bench.checks.fuzz.targets import TARGETS, Target
 from bench.checks.fuzz.trial import trial
+from tests.tiers import some_of
 
-_TRIALS = len(TARGETS)
 _SOUND_SAYS = {"render": "not an empty folder", "run": "no case matches"}
 """Of commands that are given what ends them before anything is rendered."""
 
@@ -31,10 +31,14 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_damaged_input_is_refused_or_answered_rightly(sound: Path, tmp_path: Path) -> None:
-    endings = [trial(number, sound=sound, work=tmp_path / "trial") for number in range(_TRIALS)]
+@some_of("third", range(3))
+def test_damaged_input_is_refused_or_answered_rightly(third: int, sound: Path, tmp_path: Path) -> None:
+    endings = [
+        trial(number, sound=sound, work=tmp_path / "trial") for number in range(third, len(TARGETS), 3)
+    ]
     assert not [ending for ending in endings if ending.bad]
-    assert {ending.kind for ending in endings} == {"refused", "answered"}
+    assert {ending.kind for ending in endings} <= {"refused", "answered"}
+    assert any(ending.kind == "refused" for ending in endings)
     assert not list(tmp_path.iterdir())
 
 

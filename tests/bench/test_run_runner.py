@@ -167,6 +167,7 @@ def test_a_failing_case_is_recorded_with_its_traceback(fakes: ModuleType, tmp_pa
     assert all(r.metrics["coverage"] == 0.0 and r.metrics["burr_found"] == 0.0 for r in failed)
 
 
+@pytest.mark.study
 def test_a_case_that_kills_its_workers_has_no_record_and_is_tried_again(
     fakes: ModuleType, tmp_path: Path
 ) -> None:

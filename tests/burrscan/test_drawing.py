@@ -109,6 +109,7 @@ def test_a_drawn_wheel_without_burrs_has_none() -> None:
     assert burrscan.inspect_mesh(*wheel.welded()).burrs == ()
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("count", "height_mm", "width_mm", "section"),
     [

@@ -63,6 +63,7 @@ def mono() -> Simulation:
     return small(finish="matte", render=FEW)
 
 
+@pytest.mark.study
 @pytest.mark.usefixtures("mi")
 def test_a_grey_part_without_crosstalk_is_the_grey_scene(mono: Simulation) -> None:
     colour = small(finish="matte", channels="rgb", render=FEW)

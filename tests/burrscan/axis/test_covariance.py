@@ -20,6 +20,7 @@ def test_short_arcs_do_not_feign_information() -> None:
     assert 0.93 < np.mean(stated) / cramer_rao_deg(arc_deg=60.0, sigma_mm=1.0) < 1.25
 
 
+@pytest.mark.study
 def test_noise_is_not_taken_for_walls() -> None:
     """On a fine mesh with noise four fifths of the points passed for walls: 1.65 times the bound."""
     bound = cramer_rao_deg(arc_deg=60.0, sigma_mm=0.3)

@@ -121,6 +121,7 @@ def test_a_cloud_without_faces() -> None:
     assert scan.angle_error_deg(axis.direction) < 5.0 * cramer_rao_deg(sigma_mm=0.1, shape=SMALL)
 
 
+@pytest.mark.study
 def test_known_sigmas_help() -> None:
     plain, weighted = [], []
     for seed in range(5):

@@ -24,6 +24,7 @@ def test_a_drawing_s_axis_is_found_and_determined(name: str, sections: int) -> N
     assert np.linalg.norm(np.cross(axis.point_mm - pose[:3, 3], pose[:3, 2])) < 0.02
 
 
+@pytest.mark.study
 def test_a_box_is_looked_at_without_complaint() -> None:
     box = trimesh.creation.box((1.0, 2.0, 3.0)).subdivide().subdivide()
     found = inspect_mesh(box.vertices, np.asarray(box.faces, np.int32))

@@ -75,6 +75,7 @@ def test_the_order_of_the_regions_is_kept() -> None:
     assert [id(one) for one in found if any(one is other for other in kept)] == [id(one) for one in kept]
 
 
+@pytest.mark.study
 def test_what_box_found_a_burr_does_not_decide_if_it_stands_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Eight burrs of 0.6 to 1.9 mm, one to three pixels wide: means of three columns lose most of them."""
     burrs = [

@@ -49,6 +49,7 @@ def test_edges_of_surfaces_without_a_curve_are_no_burrs(monkeypatch: pytest.Monk
     assert calls(EDGES) >= 7
 
 
+@pytest.mark.study
 def test_what_is_not_like_its_description_is_no_nick(monkeypatch: pytest.MonkeyPatch) -> None:
     assert calls(NO_NICKS) == 0
     monkeypatch.setattr(describe, "_LEAST_EXPLAINED", -np.inf)

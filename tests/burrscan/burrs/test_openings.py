@@ -42,6 +42,7 @@ def seen(part: Mesh, tilt_deg: float) -> Mesh:
     return single_view(*part, view, pixels=200, sigma=0.08, seed=7)
 
 
+@pytest.mark.study
 @some_of("spokes", [4, 5, pytest.param(7, marks=pytest.mark.study)], first=1)
 def test_the_edges_of_windows_are_no_burrs(spokes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor are they where burrs may be twice as high as usual, and the walls are not those of other bodies."""

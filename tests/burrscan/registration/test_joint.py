@@ -126,6 +126,7 @@ def camera_errors(shots: list[tuple[Shot, Joint]]) -> Floats:
     )
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("count", SOME)
 def test_the_axis_is_within_1_3_of_the_bound(count: int) -> None:
     """RMS over the draws and all views; chance alone makes up to 1.1 of 1 (two sigma of 80 tilts)."""
