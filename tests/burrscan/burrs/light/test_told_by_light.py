@@ -74,6 +74,33 @@ def test_where_hardly_any_depth_is_the_light_alone_tells() -> None:
     assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
 
 
+@pytest.mark.parametrize(
+    ("facing", "unmeasured", "contrast", "grazed"),
+    [
+        (0.37, 10, 3.0, True),
+        (0.39, 10, 1.0, False),
+        (0.49, 30, 1.9, True),
+        (0.49, 30, 2.1, False),
+        (0.51, 30, 1.0, False),
+    ],
+)
+def test_what_is_only_grazed_is_no_burr_of_its_own(
+    facing: float, unmeasured: int, contrast: float, *, grazed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Holes of a turned wheel's shoulder, 67 degrees from the projector, were called a ridge."""
+
+    def flat(*given: Any, **options: Any) -> Any:
+        surface, looks, places = disturbed(*given, **options)
+        seen = [replace(one, above=10, below=10, unmeasured=unmeasured) for one in places]
+        return surface, looks, [replace(one, facing=facing, contrast=contrast) for one in seen]
+
+    monkeypatch.setattr(residual, "disturbed", flat)
+    scene = Scene()
+    dark_line(scene)
+    scene.lost |= scene.band(20.0, 3.0, -15.0, 12.0)
+    assert len(burrs_of(scene, seen=True)) == (0 if grazed else 1)
+
+
 def test_what_light_and_depth_agree_on_is_one_burr_measured_by_its_depth(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
