@@ -52,7 +52,7 @@ def grey_ramps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "ramps"
 
 
-@some_of("channels", [1, 3], first=1)
+@some_of("channels", [1, 3])
 def test_rendered_ramps_give_both_sheets(
     channels: int, grey_ramps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from bench.cli import main, tables
 from tests.bench.rod import rod_view
+from tests.tiers import some_of
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def test_json_on_standard_output_is_alone_there(rod: str, capsys: pytest.Capture
     assert "generatrix" in told.err
 
 
-@pytest.mark.parametrize("asked", [["show", "quick"], ["doctor"]])
+@some_of("asked", [["show", "quick"], ["doctor"], ["suites"]], first=2)
 def test_json_instead_of_text(asked: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     documents = []
     for where in ([], ["-"]):

@@ -63,7 +63,7 @@ def twist(found: Floats, true: Floats) -> Floats:
     return np.array([*Rotation.from_matrix(off[:3, :3]).as_rotvec(), *off[:3, 3]])
 
 
-@some_of("kind", ["json", "csv"], first=1)
+@some_of("kind", ["json", "csv"])
 def test_drawn_boards_give_the_camera_on_the_flange(
     kind: str, drawn: tuple[Path, Arm], capsys: pytest.CaptureFixture[str]
 ) -> None:

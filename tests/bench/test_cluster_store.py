@@ -30,7 +30,7 @@ def fakes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
         yield __import__(name)
 
 
-@some_of("scheme", ["folder", "memory"], first=1)
+@some_of("scheme", ["folder", "memory"])
 def test_pictures_stay_in_the_store_until_they_are_looked_at(
     scheme: str, fakes: ModuleType, tmp_path: Path
 ) -> None:

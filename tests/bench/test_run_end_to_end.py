@@ -19,7 +19,7 @@ from bench.summary.budget import budget_rows
 
 SUITE = """
 name = "tiny"
-budget = ["shifted", "turned"]
+budget = ["fixed", "shifted", "turned"]
 detectability = true
 [scene]
 base = "paper"
@@ -33,7 +33,7 @@ width_mm = 5.0
 z_start_mm = -10.0
 z_end_mm = 12.0
 [sweep]
-finish = ["ground"]
+finish = ["ground", "matte"]
 [[variant]]
 name = "fixed"
 scan = "fixed"
@@ -102,7 +102,7 @@ def test_every_case_has_a_record_and_most_pixels_are_right(run_dir: Path) -> Non
 
 def test_a_variant_that_raises_is_a_failure_that_counts(run_dir: Path) -> None:
     broken = [record for record in load_run(run_dir).records if record.variant == "broken"]
-    assert len(broken) == 1
+    assert len(broken) == 2
     assert all(
         r.failure and "exposure" in r.failure.error and "Traceback" in r.failure.traceback for r in broken
     )
@@ -132,9 +132,9 @@ def test_planted_faults_show_in_the_metrics_of_their_stage(run_dir: Path) -> Non
 def test_the_budget_lays_each_fault_at_the_door_of_its_stage(run_dir: Path) -> None:
     """Truth substituted from the front: an error goes when the truth of the stage that made it comes in."""
     rows = {(row.variant, row.metric): row for row in budget_rows(load_run(run_dir).records)}
-    assert {variant for variant, _ in rows} == {"shifted", "turned"}
+    assert {variant for variant, _ in rows} == {"fixed", "shifted", "turned"}
+    assert set(rows["fixed", "axis_deg"].left) == set(SUBSTITUTIONS)
     turned = rows["turned", "axis_deg"]
-    assert set(turned.left) == set(SUBSTITUTIONS)
     assert turned.cost["axis"] == pytest.approx(2.0, abs=0.05)
     assert abs(turned.cost["decoding"]) < 0.3
     shifted = rows["shifted", "depth_rms_mm"], rows["shifted", "axis_offset_mm"]
@@ -164,16 +164,17 @@ def test_pictures_are_kept_as_documented(run_dir: Path) -> None:
 
 
 @pytest.mark.study
-def test_a_torn_run_is_finished_with_the_same_records(
+def test_a_torn_run_is_finished_by_two_workers_with_the_same_records(
     run_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     torn = tmp_path / "torn"
     shutil.copytree(run_dir, torn)
     lines = (torn / "records.jsonl").read_text().splitlines(keepends=True)
-    (torn / "records.jsonl").write_text("".join(lines[:4]) + lines[4][:50])
-    asked = ["run", "--resume", "--trust", "--out", str(torn)]
-    assert main(asked) == 2  # 'broken' has no result
-    assert "tiny: 0/1" in capsys.readouterr().err
+    (torn / "records.jsonl").write_text("".join(lines[:7]) + lines[7][:50])
+    assert (
+        main(["run", "--resume", "--trust", "--out", str(torn), "--workers", "2"]) == 2
+    )  # 'broken' has no result
+    assert "tiny: 1/2" in capsys.readouterr().err
     assert (torn / "records.csv").read_bytes() == (run_dir / "records.csv").read_bytes()
     one, two = (json.loads((path / "run.json").read_text()) for path in (run_dir, torn))
     assert len(one.pop("sessions")) == 1

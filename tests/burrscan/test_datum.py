@@ -68,7 +68,6 @@ def test_a_turned_axis_keeps_its_surface_and_its_uncertainty() -> None:
         ),
         (lambda _axis: Datum(origin_mm=(0.0, float("nan"), 0.0)), "three finite numbers"),
     ],
-    first=1,
 )
 def test_a_datum_that_says_nothing_is_refused(datum: Any, message: str) -> None:
     plain = burrscan.inspect_mesh(SCAN.vertices_mm, SCAN.faces, sigma_mm=0.01)

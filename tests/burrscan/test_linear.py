@@ -48,7 +48,7 @@ def pulls(name: str, gamma: float) -> tuple[float, float]:
     return 1.4826 * float(np.median(np.abs(pull))), 1.0 - float(right[accepted].mean())
 
 
-@some_of("name", ["fixed", "adaptive", "multi_exposure"], first=1)
+@some_of("name", ["fixed", "adaptive", "multi_exposure"])
 def test_pulls_hold_with_a_curve(name: str) -> None:
     deviation, wrong = pulls(name, 0.6)
     assert 0.9 < deviation < 1.1

@@ -113,7 +113,7 @@ def test_the_document_is_json_with_units_in_its_keys(tmp_path: Path) -> None:
     assert document["axis"]["method"] == "profile"
 
 
-@some_of("path", meshes(), first=1)
+@some_of("path", meshes())
 def test_others_meshes_get_an_answer(path: Path) -> None:
     mesh = read_mesh(path, unit=UNIT.get(path.name, "mm"))
     inspection = burrscan.inspect_mesh(mesh.vertices_mm, mesh.faces)

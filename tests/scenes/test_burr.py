@@ -60,7 +60,7 @@ def test_the_height_on_a_cone_is_along_the_normal() -> None:
     assert np.allclose(wheel.burrs[0].deviation_mm, 1.0, atol=1e-6)
 
 
-@some_of("name", ["paper", "vase", "grooved_pulley"], first=1)
+@some_of("name", ["paper", "vase", "grooved_pulley"])
 def test_a_ridge_over_steps_and_fillets_never_exceeds_its_height(name: str) -> None:
     spec = load_wheel(name)
     z = np.array([vertex[0] for vertex in spec.generatrix])

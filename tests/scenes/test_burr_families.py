@@ -109,7 +109,7 @@ def test_only_a_rolled_burr_has_an_undercut() -> None:
         assert outwards.min() > -1e-6, family
 
 
-@some_of("family", FAMILIES, first=1)
+@some_of("family", FAMILIES)
 def test_the_height_along_a_torn_burr_is_what_independent_rays_meet(family: Family) -> None:
     burr = _ridge(
         family, height_rms=0.3, lean_rms_deg=8.0, thickness_rms=0.2, gap_share=0.25,

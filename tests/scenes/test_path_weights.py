@@ -95,7 +95,7 @@ def plainly(mi: Any, seen: Seen, paths: Given) -> Iterator[Floats32]:
         yield dr.select(si.is_valid(), lit.weight * throughput, 0.0).numpy()
 
 
-@some_of("guided", [True, False], first=1)
+@some_of("guided", [True, False])
 def test_paths_gathered_together_carry_what_each_would_alone(mi: Any, seen: Seen, *, guided: bool) -> None:
     paths = given(mi, guided=guided)
     ours = later_surfaces(mi, seen.scene, seen.optics, seen.si, seen.chance, 3, paths=paths).arrivals

@@ -88,7 +88,7 @@ def test_relighting_is_the_matrix_product() -> None:
     assert transport.relight(columns) == pytest.approx(transport.relight(columns.copy()), rel=1e-6)
 
 
-@some_of("finish", sorted(FINISHES), first=1)
+@some_of("finish", sorted(FINISHES))
 def test_agrees_with_stock_mitsuba(mi: Any, finish: str) -> None:
     """Every block of every pattern of direct light, z-tested with Bonferroni's correction at 99.9 % in all.
 

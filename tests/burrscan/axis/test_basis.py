@@ -53,7 +53,7 @@ def test_the_special_directions_are_far_from_the_cut() -> None:
     assert least[3] > 7.1
 
 
-@some_of("sign", [1.0, -1.0], first=1)
+@some_of("sign", [1.0, -1.0])
 def test_a_tilt_of_a_hundredth_of_a_degree_turns_no_burr(sign: float) -> None:
     """Over all directions that a tilt does not carry over the cut; a method may give either sign."""
     for direction in everywhere():
@@ -108,7 +108,6 @@ def test_z_counts_from_the_meshs_origin_wherever_the_data_are() -> None:
         *(pytest.param(one, marks=pytest.mark.study) for one in SPECIAL[:1] + SPECIAL[3:6] + SPECIAL[6:26:5]),
     ],
     ids=str,
-    first=1,
 )
 def test_noise_turns_no_burr_of_a_whole_inspection(direction: Floats) -> None:
     """Five micrometres flipped a burr's angle from 10 to -80 degrees, its z by the data's, its own x axis."""

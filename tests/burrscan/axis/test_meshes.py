@@ -13,7 +13,7 @@ from tests.data import AXES, meshes
 from tests.tiers import some_of
 
 
-@some_of("path", meshes(), first=1)
+@some_of("path", meshes())
 def test_single_views(path: Path) -> None:
     read = read_mesh(path)
     mesh = trimesh.Trimesh(read.vertices_mm, read.faces, process=True)  # STL repeats every vertex

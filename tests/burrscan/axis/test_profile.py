@@ -36,7 +36,6 @@ def _tilt_and_offset(axis: Axis, scan: RevolutionScan) -> Floats:
         (60.0, 0.2, 0.045),
         pytest.param(60.0, 1.0, 0.25, marks=pytest.mark.study),
     ],
-    first=1,
 )
 def test_stepped_wheel_reaches_its_goals(arc_deg: float, sigma_mm: float, goal_deg: float) -> None:
     scans = [revolution_scan(arc_deg=arc_deg, sigma_mm=sigma_mm, seed=seed) for seed in range(9)]

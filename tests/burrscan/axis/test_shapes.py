@@ -54,7 +54,7 @@ PARTS = {
 }
 
 
-@some_of("name", PARTS, first=1)
+@some_of("name", PARTS)
 def test_single_views_of_machine_parts(name: str) -> None:
     vertices, faces = stacked(PARTS[name])
     for i, view in enumerate(np.random.default_rng(8).normal(size=(3, 3))):

@@ -82,7 +82,7 @@ FAMILIES: tuple[BurrSpec, ...] = (
 """On the largest cylinder of the stepped hub; the second nick runs out over its edge."""
 
 
-@some_of("pixels", [250, pytest.param(500, marks=pytest.mark.study)], first=1)
+@some_of("pixels", [250, 500])
 @pytest.mark.parametrize("tilt_deg", [0.0, 40.0])
 def test_burrs_of_every_family_stay(pixels: int, tilt_deg: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """All that are called without both rules; at most one is not: a rim burr seen from aside, say."""

@@ -18,7 +18,6 @@ from burrscan.inspection import Axis, Generatrix
 from burrscan.meshio import read_mesh
 from burrscan.pipeline import Stage
 from tests.data import HERE, UNIT
-from tests.tiers import some_of
 
 
 def wheel(spokes: int, *, ridge_mm: float = 0.0) -> Mesh:
@@ -43,7 +42,7 @@ def seen(part: Mesh, tilt_deg: float) -> Mesh:
 
 
 @pytest.mark.study
-@some_of("spokes", [4, 5, pytest.param(7, marks=pytest.mark.study)], first=1)
+@pytest.mark.parametrize("spokes", [4, 5, 7])
 def test_the_edges_of_windows_are_no_burrs(spokes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor are they where burrs may be twice as high as usual, and the walls are not those of other bodies."""
     views = [seen(wheel(spokes), tilt_deg) for tilt_deg in (20.0, 35.0, 50.0)]

@@ -57,7 +57,6 @@ def called(
         pytest.param((-50.0, 0.0, 45.0), 30.0, "axial", 63.0, marks=pytest.mark.study),
         pytest.param((-35.0, 25.0), 45.0, "axial", 63.0, marks=pytest.mark.study),
     ],
-    first=1,
 )
 def test_every_burr_of_an_edge_is_measured(
     angles_deg: tuple[float, ...], arc_deg: float, direction: str, from_deg: float
@@ -298,7 +297,7 @@ def never(*_: object, **__: object) -> Bools:
     return np.zeros(1, np.bool_)
 
 
-@some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)], first=1)
+@some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])
 def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
     monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
 ) -> None:
@@ -371,7 +370,7 @@ def outlines(seen: Seen, *, up_rad: float) -> tuple[tuple[Burr, ...], Inspection
     return tuple(burrs.burrs), found
 
 
-@some_of(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)], first=1)
+@some_of(("up_rad", "height_mm"), [(0.0, 0.5), (-0.15, 0.8), (0.0, 0.8)])
 def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
     monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
 ) -> None:

@@ -41,7 +41,7 @@ def test_the_far_side_of_a_wall_is_no_burr(*, tilt_deg: float, wall_mm: float, i
     assert not inspect_mesh(vertices, np.ascontiguousarray(faces[:, ::-1]) if inside_out else faces).burrs
 
 
-@some_of("tilt_deg", [40.0, 55.0, 70.0], first=1)
+@some_of("tilt_deg", [40.0, 55.0, 70.0])
 def test_a_burr_on_a_thin_wall_is_found(tilt_deg: float) -> None:
     (burr,) = inspect_mesh(*cup(tilt_deg, ridge=True)).burrs
     assert burr.side == "protrusion"

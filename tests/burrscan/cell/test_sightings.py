@@ -47,7 +47,7 @@ def test_one_look_is_what_it_says() -> None:
     assert np.isclose(sigma, 0.02)
 
 
-@some_of("looks", [2, 3, 5], first=1)
+@some_of("looks", [2, 3, 5])
 def test_where_the_mill_stands_is_for_the_last_look_to_say_and_where_to_go_for_all(looks: int) -> None:
     for own in (0.01, 0.06):
         runs = _runs(800, own=own, looks=looks)

@@ -47,7 +47,6 @@ def sectors(seed: int, turns: tuple[float, ...] = TURNS, **options: object) -> l
         pytest.param("wheel", 0.1, 0.3, False, 20.0, marks=pytest.mark.study),
         ("wheel", 0.02, 1.0, True, 20.0),
     ],
-    first=1,
 )
 def test_four_sectors_that_overlap_by_a_third_are_put_where_they_were(
     shape: str, noise_mm: float, spacing_mm: float, gridded: int, half_mm: float
