@@ -1,4 +1,4 @@
-"""How much the cells of each parallel scatter."""
+"""How much the cells of each parallel scatter, and those that are looked at flatly."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ from burrscan.robust import SIGMA_PER_MEDIAN
 _LEAST_CELLS = 20
 """Cells from which a row's own scatter is taken; a shorter row takes that of all."""
 _CALMEST = 0.5
-"""A row is not taken to be calmer than this share of the whole: its scatter is an estimate, too."""
+"""No row and no slope is taken to be calmer than this share of the whole: its scatter is an estimate."""
+_SLOPES = 10
+"""Of cosines from 0 to 1 that are told apart; between them what a cell errs by changes evenly."""
+_PASSES = 2
+"""Of rows and slopes in turn: the second tells what rows differ by without their slopes."""
 
 
 def row_sigma(rest: Floats, *, least: float) -> Floats:
@@ -20,3 +24,23 @@ def row_sigma(rest: Floats, *, least: float) -> Floats:
     whole = float(np.nanmedian(size)) if count.any() else 0.0
     rows = [np.nanmedian(row) if n >= _LEAST_CELLS else whole for row, n in zip(size, count, strict=True)]
     return np.asarray(SIGMA_PER_MEDIAN * np.maximum(rows, max(_CALMEST * whole, least)))
+
+
+def cell_sigma(rest: Floats, facing: Floats, *, least: float) -> Floats:
+    """(rows, columns) robust standard deviation about 0 of (rows, columns) values, NaN where unknown.
+
+    It is that of the row times that of how flatly a cell is looked at, ``facing`` the cosine: what is looked
+    at flatly is darker and errs by more, on whatever row. O(cells).
+    """
+    times = np.ones(rest.shape)
+    for _ in range(_PASSES):
+        rows = row_sigma(rest / times, least=least)[:, None]
+        size = np.abs(rest) / rows
+        known = np.isfinite(size)
+        group = np.minimum(np.floor(_SLOPES * facing[known]).astype(np.int64), _SLOPES - 1)
+        alike = [size[known][group == number] for number in range(_SLOPES)]
+        told = [number for number, each in enumerate(alike) if len(each) >= _LEAST_CELLS]
+        if told:
+            usual = [SIGMA_PER_MEDIAN * float(np.median(alike[number])) for number in told]
+            times = np.interp(facing, (np.array(told) + 0.5) / _SLOPES, np.maximum(usual, _CALMEST))
+    return np.maximum(rows * times, SIGMA_PER_MEDIAN * least)

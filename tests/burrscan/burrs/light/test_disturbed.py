@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from burrscan.arrays import Floats
 from burrscan.burrs.light.disturbed import Place, _measurable, disturbed
+from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Generatrix
 from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, bright_line, dark_line
@@ -187,3 +189,21 @@ def test_lines_on_two_steps_are_two_places() -> None:
     assert len(places) == 2
     ends = sorted(float(np.ptp(surface.z_mm[place.cells.any(axis=1)])) for place in places)
     assert ends == pytest.approx([20.0, 20.0], abs=2.0)
+
+
+def test_a_faint_line_is_seen_though_the_scan_errs_at_its_rim(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As scans in one exposure do: what is looked at flatly is dark, and makes no parallel dull."""
+    scene = Scene(seed=3)
+    flatly = scene.on & (np.abs(scene.around) > 30.0)
+    scene.lift_mm[flatly] *= 6.0
+    line = scene.band(12.0, 1.7, -20.0, 20.0)
+    scene.log_light[line] -= 0.7
+    scene.lift_mm[line] += 0.05
+    _, (place,) = found(scene)
+    assert place.side == 1
+
+    def by_rows(rest: Floats, facing: Floats, *, least: float) -> Floats:
+        return np.broadcast_to(row_sigma(rest, least=least)[:, None], facing.shape)
+
+    monkeypatch.setattr("burrscan.burrs.light.disturbed.cell_sigma", by_rows)
+    assert found(scene)[1] == []
