@@ -13,6 +13,7 @@ from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field, field_of
+from burrscan.burrs.grazed import FLATTEST, facing, stations_mm
 from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
@@ -111,7 +112,8 @@ def burrs_residual(
     outlined = past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=low)
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
-    certain = _certain(field, found, axis, false_calls_per_wheel, openings, widest_mm=widest_mm)
+    at_mm = None if sight is None else stations_mm(axis, sight.rig)
+    certain = _certain(field, found, axis, false_calls_per_wheel, openings, at_mm=at_mm, widest_mm=widest_mm)
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []
     if sight is None:
@@ -162,11 +164,14 @@ def _certain(
     false_calls_per_wheel: float,
     openings: Openings | None,
     *,
+    at_mm: Floats | None,
     widest_mm: float,
 ) -> list[_Certain]:
     """What is left of the regions when shared errors are counted, without those beside openings.
 
-    ``openings`` is None for a scan, which is judged by its light, and where nicks may be mirror images.
+    ``openings`` is None for a scan, which is judged by its light, and where nicks may be mirror images;
+    ``at_mm`` is from where a scan looked, None where nobody knows. What it only grazes is left out, unless an
+    edge puts it into the light.
     """
     if not found:
         return []
@@ -177,6 +182,8 @@ def _certain(
         air = openings is None and on_edge(
             field, site.chosen[site.on], region.sign, within_mm=beside, ends=True
         )
+        if at_mm is not None and not air and facing(field, site.chosen[site.on], at_mm) < FLATTEST:
+            continue
         crest, high, noise = _crest(field, doubt, site, columns=_columns(region) if air else 0)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
         if high <= least * own_mm:  # not sure even if its vertices share no errors: no need to measure it

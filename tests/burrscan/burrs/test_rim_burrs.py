@@ -202,7 +202,7 @@ def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
 
     def certain(openings: Openings | None) -> int:
-        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, widest_mm=3.0))
+        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, at_mm=None, widest_mm=3.0))
 
     assert certain(None) == 1
     assert certain(Openings(seen)) == 0
@@ -284,7 +284,7 @@ def depth_calls(seen: Seen) -> list[tuple[str, float]]:
     found = inspect_mesh(*seen)
     shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
     regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
-    certain = residual._certain(shown, regions, found.axis, 1e-6, None, widest_mm=3.0)
+    certain = residual._certain(shown, regions, found.axis, 1e-6, None, at_mm=None, widest_mm=3.0)
     return [(one.burr.side, one.burr.height_mm.value) for one in certain]
 
 

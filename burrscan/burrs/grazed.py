@@ -1,0 +1,42 @@
+"""How flatly camera and projector meet a surface, and what no view of it can tell.
+
+Where the surface turns away from the projector the light that reaches it directly fades, and what bounced
+stays: at the border of light and shadow of a matt wheel that is all the camera decodes, and it lies
+millimetres off. Half of all false calls in scans of two exposures stood there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Floats, Ints
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.field import Field
+from burrscan.inspection import Axis
+from burrscan.rig import Rig
+
+FLATTEST = 0.17
+"""Cosine, 80 degrees, from which nothing is told: a pixel sees six times as much of the surface as one that
+faces it, in a sixth of the light. Of 480 scans of rendered wheels 29 false calls by depth, and no burr but on
+edges, stand beyond it; true nicks were seen up to 77 degrees."""
+
+
+def stations_mm(axis: Axis, rig: Rig) -> Floats:
+    """(2, 3) centres of camera and projector, part frame."""
+    T = T_part_mesh(axis.point_mm, axis.direction)
+    return np.stack([T[:3, 3], T[:3, :3] @ rig.projector_centre_mm + T[:3, 3]])
+
+
+def facing(field: Field, on: Ints, at_mm: Floats) -> float:
+    """Median, over the vertices ``on`` of a field, of the cosine at which the more oblique station looks.
+
+    That of the fitted surface below them, whatever stands on it: negative where it turns away. ``at_mm`` is
+    as :func:`stations_mm` has it. O(vertices).
+    """
+    cos, sin = np.cos(field.angle[on]), np.sin(field.angle[on])
+    place, normal = (
+        np.stack([r * cos, r * sin, z], axis=-1) for z, r in (field.foot[on].T, field.normal[on].T)
+    )
+    towards = at_mm[:, None] - place
+    cosines = (towards * normal).sum(axis=-1) / np.linalg.norm(towards, axis=-1)
+    return float(np.median(cosines.min(axis=0)))
