@@ -17,6 +17,7 @@ from burrscan.axis.fitting.scales import Thickness, thickness_of
 from burrscan.axis.points.cloud import canonical_cloud
 from burrscan.burrs.describe import Site
 from burrscan.burrs.field import Field
+from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.noise.correlated_noise import Noise, noise_around
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge
@@ -94,6 +95,11 @@ def _every_vertex(_: Field, site: Site) -> Ints:
 
 def _no(*_: Any, **__: Any) -> bool:
     return False
+
+
+def _by_rows(rest: Floats, facing: Floats, *, least: float) -> Floats:
+    """What a cell scatters by, told by its row alone."""
+    return np.broadcast_to(row_sigma(rest, least=least)[:, None], facing.shape)
 
 
 def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
@@ -243,6 +249,12 @@ STEPS: tuple[Step, ...] = (
             f"{_RESIDUAL}:is_an_edge": _no,
         },
     ),
+    Step(
+        "scatter by how flatly it is looked at",
+        "burrs",
+        {"burrscan.burrs.light.disturbed:cell_sigma": _by_rows},
+    ),
+    Step("nothing told of what is grazed", "burrs", {f"{_RESIDUAL}:FLATTEST": -np.inf}),
     Step(
         "edges of brightness are no burrs",
         "burrs",
