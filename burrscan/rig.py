@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burrscan.arrays import Floats, freeze
 
@@ -132,6 +133,11 @@ class Rig:
     def projector_centre_mm(self) -> Floats:
         """The projector's centre of projection in the camera frame, (3,)."""
         return -self.T_projector_camera[:3, :3].T @ self.T_projector_camera[:3, 3]
+
+    def centres_mm(self, T_target_camera: NDArray[np.floating]) -> Floats:
+        """(2, 3) centres of camera and projector, in the frame that a (4, 4) pose takes the camera's to."""
+        turn, camera = T_target_camera[:3, :3], T_target_camera[:3, 3]
+        return np.stack([camera, turn @ self.projector_centre_mm + camera])
 
     @property
     def baseline_mm(self) -> float:

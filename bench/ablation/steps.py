@@ -97,9 +97,9 @@ def _no(*_: Any, **__: Any) -> bool:
     return False
 
 
-def _by_rows(rest: Floats, facing: Floats, *, least: float) -> Floats:
-    """What a cell scatters by, told by its row alone."""
-    return np.broadcast_to(row_sigma(rest, least=least)[:, None], facing.shape)
+def _by_rows(rest: Floats, _: Floats, *, least: float) -> Floats:
+    """(rows, 1) what cells scatter by, told by their row alone."""
+    return row_sigma(rest, least=least)[:, None]
 
 
 def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:

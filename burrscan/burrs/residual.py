@@ -8,12 +8,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.bodies import TALLEST_MM, tallest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field, field_of
-from burrscan.burrs.grazed import FLATTEST, facing, stations_mm
+from burrscan.burrs.grazed import FLATTEST, facing
 from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
@@ -112,7 +113,7 @@ def burrs_residual(
     outlined = past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=low)
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
-    at_mm = None if sight is None else stations_mm(axis, sight.rig)
+    at_mm = None if sight is None else sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction))
     certain = _certain(field, found, axis, false_calls_per_wheel, openings, at_mm=at_mm, widest_mm=widest_mm)
     certain = _with_a_curve_around(certain, field, faces)
     seen: list[Burr] = []

@@ -87,8 +87,7 @@ def outlook(
     lean = np.radians(lean_deg)
     normals = np.cos(lean) * upright + np.sin(lean) * around
     seen_by = placed(T_camera_part, points)
-    part_from_camera = np.linalg.inv(T_camera_part)
-    eyes = [placed(part_from_camera, centre) for centre in (np.zeros(3), rig.projector_centre_mm)]
+    eyes = rig.centres_mm(np.linalg.inv(T_camera_part))
     ways = [eye - points for eye in eyes]
     ways = [way / np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
     cosines = [(way * normals).sum(axis=-1) for way in ways]

@@ -31,8 +31,8 @@ _LONE_CONTRAST = 0.5
 """Least median excess of a place with hardly any depth: light alone must tell, by a factor 1.6."""
 _DEPTH_Z = 6.0
 """Robust standard deviations, of cells looked at alike, by which the depth is off: beyond what noise shows on
-100,000 cells, whose tails are heavier than normal ones (with 5, two of 268 adaptive scans have a false place
-more)."""
+100,000 cells, whose tails are heavier than normal ones. It hardly matters: of 224 burrs in 268 adaptive scans
+217 are found with 6 and 215 with 5, beside 12 and 13 false calls."""
 _LEAST_SCATTER_MM = 1e-9
 """Of the depth; less is the arithmetic's."""
 _LEAST_CELLS = 15

@@ -32,15 +32,14 @@ def cell_sigma(rest: Floats, facing: Floats, *, least: float) -> Floats:
     It is that of the row times that of how flatly a cell is looked at, ``facing`` the cosine: what is looked
     at flatly is darker and errs by more, on whatever row. O(cells).
     """
+    slope = np.minimum(np.floor(_SLOPES * facing).astype(np.int64), _SLOPES - 1)
+    alike = [np.isfinite(rest) & (slope == number) for number in range(_SLOPES)]
+    told = [number for number, each in enumerate(alike) if np.count_nonzero(each) >= _LEAST_CELLS]
     times = np.ones(rest.shape)
     for _ in range(_PASSES):
         rows = row_sigma(rest / times, least=least)[:, None]
-        size = np.abs(rest) / rows
-        known = np.isfinite(size)
-        group = np.minimum(np.floor(_SLOPES * facing[known]).astype(np.int64), _SLOPES - 1)
-        alike = [size[known][group == number] for number in range(_SLOPES)]
-        told = [number for number, each in enumerate(alike) if len(each) >= _LEAST_CELLS]
         if told:
-            usual = [SIGMA_PER_MEDIAN * float(np.median(alike[number])) for number in told]
+            size = np.abs(rest) / rows
+            usual = [SIGMA_PER_MEDIAN * float(np.median(size[alike[number]])) for number in told]
             times = np.interp(facing, (np.array(told) + 0.5) / _SLOPES, np.maximum(usual, _CALMEST))
     return np.maximum(rows * times, SIGMA_PER_MEDIAN * least)

@@ -10,7 +10,6 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.grazed import stations_mm
 from burrscan.generatrix.polyline import Polyline, polyline_of, revolved
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import placed
@@ -82,7 +81,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     """
     T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
     T_camera_part = np.linalg.inv(T_part_camera)
-    to_camera, to_projector = stations_mm(axis, rig)
+    to_camera, to_projector = rig.centres_mm(T_part_camera)
     line = polyline_of(generatrix)
     half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
     step = max(float(np.linalg.norm(to_camera)) / rig.camera.fx, float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))

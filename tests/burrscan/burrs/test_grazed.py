@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Floats
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs import residual
 from burrscan.burrs.field import Field
-from burrscan.burrs.grazed import FLATTEST, facing, stations_mm
+from burrscan.burrs.grazed import FLATTEST, facing
 from tests.burrscan.burrs.light.scene import UPRIGHT, Scene
 from tests.burrscan.burrs.light.test_told_by_light import angle_at, burrs_of
 
@@ -52,11 +53,12 @@ def test_it_is_the_median_of_those_asked_and_negative_behind() -> None:
 
 
 @pytest.mark.parametrize("direction", [UPRIGHT, (0.2, 0.9, -0.2)])
-def test_the_stations_are_where_the_part_frame_has_them(direction: tuple[float, float, float]) -> None:
+def test_both_centres_are_where_the_part_frame_has_them(direction: tuple[float, float, float]) -> None:
     scene = Scene(direction)
     centres = np.stack([np.zeros(3), scene.rig.projector_centre_mm])
     expected = [scene.in_part(centre) for centre in centres]
-    np.testing.assert_allclose(stations_mm(scene.axis, scene.rig), expected, atol=1e-9)
+    T = T_part_mesh(scene.axis.point_mm, scene.axis.direction)
+    np.testing.assert_allclose(scene.rig.centres_mm(T), expected, atol=1e-9)
 
 
 def cosine(scene: Scene, around_mm: float) -> float:

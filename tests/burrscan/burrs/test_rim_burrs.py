@@ -279,12 +279,17 @@ def test_what_is_as_high_as_its_edge_is_round_is_no_burr(monkeypatch: pytest.Mon
     assert np.isnan(burr.width_mm.value)
 
 
-def depth_calls(seen: Seen) -> list[tuple[str, float]]:
-    """Side and height of what the depth of a scan shows, with nothing judged by its light."""
+def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str, float]]:
+    """Side and height of what the depth of a scan shows, with nothing judged by its light.
+
+    ``from_mm`` is where camera and projector stood, (3,) in the frame of the mesh, where that is told.
+    """
     found = inspect_mesh(*seen)
     shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
     regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
-    certain = residual._certain(shown, regions, found.axis, 1e-6, None, at_mm=None, widest_mm=3.0)
+    T = T_part_mesh(found.axis.point_mm, found.axis.direction)
+    at_mm = None if from_mm is None else placed(T, np.stack([from_mm, from_mm]))
+    certain = residual._certain(shown, regions, found.axis, 1e-6, None, at_mm=at_mm, widest_mm=3.0)
     return [(one.burr.side, one.burr.height_mm.value) for one in certain]
 
 
@@ -295,6 +300,21 @@ def of_a_scan(seen: Seen) -> int:
 
 def never(*_: object, **__: object) -> Bools:
     return np.zeros(1, np.bool_)
+
+
+def test_a_burr_on_the_edge_of_a_face_that_is_grazed_stands_in_the_light(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its feet are on the end face, which the view meets at 83 degrees; the burr itself it meets squarely."""
+    up_rad = 0.12
+    seen = from_above(rim(0.0, 27.0, 1.4, 0.7, "axial"), up_rad=up_rad)
+    from_mm = 1000.0 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
+    ((side, height_mm),) = depth_calls(seen, from_mm=from_mm)
+    assert side == "protrusion"
+    assert height_mm == pytest.approx(1.4, abs=0.2)
+    monkeypatch.setattr(residual, "on_edge", no)
+    assert len(depth_calls(seen)) == 1
+    assert not depth_calls(seen, from_mm=from_mm)
 
 
 @some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])

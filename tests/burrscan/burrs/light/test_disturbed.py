@@ -202,8 +202,8 @@ def test_a_faint_line_is_seen_though_the_scan_errs_at_its_rim(monkeypatch: pytes
     _, (place,) = found(scene)
     assert place.side == 1
 
-    def by_rows(rest: Floats, facing: Floats, *, least: float) -> Floats:
-        return np.broadcast_to(row_sigma(rest, least=least)[:, None], facing.shape)
+    def by_rows(rest: Floats, _: Floats, *, least: float) -> Floats:
+        return row_sigma(rest, least=least)[:, None]
 
     monkeypatch.setattr("burrscan.burrs.light.disturbed.cell_sigma", by_rows)
     assert found(scene)[1] == []
