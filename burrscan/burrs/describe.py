@@ -12,7 +12,7 @@ from burrscan.burrs.edges import SHARP, normals_at, on_edge
 from burrscan.burrs.field import Field
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.along import height_of
-from burrscan.burrs.shape.crest import crest_of
+from burrscan.burrs.shape.crest import crest_of, with_tip
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge, first_ridge, fit_ridge, misfit_of
@@ -86,17 +86,22 @@ class _Frame:
     """A burr's own frame on the unrolled surface.
 
     Origin (angle, arc length), direction along it as (around, along), the radius (M,) by which each vertex's
-    angle is made a length, and the vertices' places.
+    angle is made a length, the vertices' places, and their distance across the burr.
     """
 
     angle: float
     direction: Floats
     radius: Floats
     patch: Patch
+    across_mm: float
 
 
-def describe(field: Field, site: Site, axis: Axis) -> Burr | None:
-    """Measure a burr; None where no ridge rises out of the noise, or none is like it. O(vertices chosen)."""
+def describe(field: Field, site: Site, axis: Axis, *, facing: float = 0.0) -> Burr | None:
+    """Measure a burr; None where no ridge rises out of the noise, or none is like it. O(vertices chosen).
+
+    ``facing`` is the cosine at which a camera looks at the surface below, whose pixels the vertices are: 1
+    where it looks down on the burr. 0 where nobody knows of one.
+    """
     lift = site.sign * field.deviation_mm[site.chosen]
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
     if not weight.any():
@@ -107,7 +112,7 @@ def describe(field: Field, site: Site, axis: Axis) -> Burr | None:
         return None
     if site.sign < 0 and _explained(field, site, frame.patch, ridge) < _LEAST_EXPLAINED:
         return None
-    height = _height(field, site, ridge, frame, edged=edged)
+    height = _height(field, site, ridge, frame, edged=edged, facing=facing)
     return _burr(field, site, ridge, frame, height, axis)
 
 
@@ -141,14 +146,14 @@ def _best(
     frames = [_framed(field, site, lift, weight, local, edged=edged)]
     if np.ptp(local[site.on]) >= _SAME_RADIUS * mean:
         frames.append(_framed(field, site, lift, weight, np.full(len(local), mean), edged=edged))
-    firsts = [(frame, _first(field, site, frame)) for frame in frames]
+    firsts = [(frame, _first(site, frame)) for frame in frames]
     fits = [(frame, ridge) for frame, ridge in firsts if ridge is not None]
     if not fits:
         return frames[0], None
-    if all(ridge.parameters[3] > _TELLS_FRAMES * field.spacing_mm for _, ridge in fits):
+    if all(ridge.parameters[3] > _TELLS_FRAMES * frame.across_mm for frame, ridge in fits):
         fits = [min(fits, key=_misfit)]
     return min(
-        ((frame, fit_ridge(frame.patch, ridge, spacing_mm=field.spacing_mm)) for frame, ridge in fits),
+        ((frame, fit_ridge(frame.patch, ridge, spacing_mm=frame.across_mm)) for frame, ridge in fits),
         key=_misfit,
     )
 
@@ -157,9 +162,9 @@ def _misfit(fit: tuple[_Frame, Ridge]) -> float:
     return misfit_of(fit[0].patch, fit[1])
 
 
-def _first(field: Field, site: Site, frame: _Frame) -> Ridge | None:
+def _first(site: Site, frame: _Frame) -> Ridge | None:
     u = frame.patch.u_mm[site.on]
-    return first_ridge(frame.patch, spacing_mm=field.spacing_mm, start=(float(u.min()), float(u.max())))
+    return first_ridge(frame.patch, spacing_mm=frame.across_mm, start=(float(u.min()), float(u.max())))
 
 
 def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats, *, edged: bool) -> _Frame:
@@ -174,7 +179,17 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
     if not edged:
         cornered = _cornered(field, site, high)
         sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
-    return _Frame(middle, direction, radius, Patch(x * a + y * b, y * a - x * b, lift, sigma))
+    patch = Patch(x * a + y * b, y * a - x * b, lift, sigma)
+    return _Frame(middle, direction, radius, patch, _across_mm(field, site, direction))
+
+
+def _across_mm(field: Field, site: Site, direction: Floats) -> float:
+    """Distance between vertices across a burr: the usual one, or more on a surface that is grazed."""
+    pitch = field.pitch_mm[site.chosen[site.on]]
+    pitch = pitch[np.isfinite(pitch).all(axis=1)]
+    if not len(pitch):
+        return field.spacing_mm
+    return max(field.spacing_mm, float(np.abs(direction) @ np.median(pitch, axis=0)))
 
 
 def _cornered(field: Field, site: Site, high: float) -> Bools:
@@ -229,7 +244,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, 
     )
 
 
-def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: bool) -> Value:
+def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: bool, facing: float) -> Value:
     """Largest height along the burr: the ridge's, or on an edge that of the crest where the two differ.
 
     Elsewhere, too, where what stands up is a pedestal with something much higher on it: pixels that hold a
@@ -250,6 +265,8 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
         if crest.value - _OF_NOISE * float(np.median(on.sigma_mm)) <= _NO_PEDESTAL * height.value:
             return height
         return Value(crest.value, float(np.hypot(crest.sigma, _UNRESOLVED * crest.value)))
+    pixel_mm = max(facing, 0.0) * frame.across_mm
+    crest = with_tip(crest, width_mm=ridge.width_mm, footprint_mm=pixel_mm)
     off = abs(crest.value - height.value) / float(np.hypot(crest.sigma, height.sigma))
     return crest if off > _DIFFER or crest.sigma < height.sigma else height
 

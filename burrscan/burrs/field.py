@@ -12,6 +12,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.bodies import TALLEST_MM, of_another_body, tallest
 from burrscan.burrs.noise.border import border_spread_mm, deep, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
+from burrscan.burrs.pitch import pitches_mm
 from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of, further_than, past_ends
@@ -85,6 +86,8 @@ class Field:
         (N,) index of each in the mesh.
     without_curve
         (V,) True for the vertices of the mesh whose nearest place on the curve is an open end of it.
+    pitch_mm
+        (N, 2) distance to the next vertex along the curve and around, NaN for vertices in no triangle.
 
     """
 
@@ -105,10 +108,11 @@ class Field:
     border: Bools
     vertex: Ints
     without_curve: Bools
+    pitch_mm: Floats
 
     @property
     def spacing_mm(self) -> float:
-        """Distance between neighbouring vertices."""
+        """Distance between neighbouring vertices, on the whole."""
         return self.step_mm / _VERTICES_ACROSS
 
     @cached_property
@@ -201,6 +205,7 @@ def field_of(
         _finest(profile),
         vertex=np.flatnonzero(valid),
         without_curve=past_ends(profile.z_mm, profile.r_mm, line, foot),
+        faces=faces,
     )
 
 
@@ -229,6 +234,7 @@ def _gridded(
     *,
     vertex: Ints,
     without_curve: Bools,
+    faces: Ints32,
 ) -> Field:
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
@@ -268,6 +274,7 @@ def _gridded(
         doubtful,
         vertex,
         without_curve,
+        pitches_mm(along, angle, place[:, 1], faces, vertex, count=len(without_curve)),
     )
 
 

@@ -183,7 +183,8 @@ def _certain(
         air = openings is None and on_edge(
             field, site.chosen[site.on], region.sign, within_mm=beside, ends=True
         )
-        if at_mm is not None and not air and facing(field, site.chosen[site.on], at_mm) < FLATTEST:
+        cosine = 0.0 if at_mm is None else facing(field, site.chosen[site.on], at_mm)
+        if at_mm is not None and not air and cosine < FLATTEST:
             continue
         crest, high, noise = _crest(field, doubt, site, columns=_columns(region) if air else 0)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))
@@ -191,7 +192,7 @@ def _certain(
             continue
         if openings and openings.beside(region) > MOST_OPEN and not on_edge(field, crest, region.sign):
             continue
-        burr = describe(field, site, axis)
+        burr = describe(field, site, axis, facing=cosine)
         if burr is None:
             continue
         if openings is None and burr.side == "nick" and is_an_image(field, site.chosen[site.on]):

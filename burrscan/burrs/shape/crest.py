@@ -17,6 +17,8 @@ from burrscan.robust import MEDIAN_OVER_MEAN, SIGMA_PER_MEDIAN
 
 _FEWEST = 3
 """Slices of a burr: the scatter of fewer tells nothing."""
+_MOST_OF_A_TIP = 0.5
+"""Share of its height that a mean over a base's own width takes off a triangle."""
 _ON_FLANK = 2.0
 """In sigma: what is lower is on the surface, and does not tell how far apart vertices on the flank are."""
 
@@ -61,6 +63,18 @@ def crest_of(
     noise = np.hypot(1.0 / np.sqrt(weight.sum()), common * gain_sigma)
     row = 2.0 * float(np.median(missed)) / np.sqrt(12.0)  # evenly within the distance between two rows
     return Value(common * gain, float(np.hypot(noise, row)))
+
+
+def with_tip(crest: Value, *, width_mm: float, footprint_mm: float) -> Value:
+    """The height of a crest that pixels look down on, each as wide as ``footprint_mm`` across the burr.
+
+    The mean over a triangle's tip is lower by height · footprint / (2 · base width), that over a blunt one by
+    less: half of it is added, and none is as likely as all. The tip of a base narrower than a pixel is never
+    more than as much again. From aside nothing is averaged: ``footprint_mm`` is 0.
+    """
+    share = min(footprint_mm / (2.0 * width_mm), _MOST_OF_A_TIP)
+    missed = crest.value * share / (1.0 - share)
+    return Value(crest.value + 0.5 * missed, float(np.hypot(crest.sigma, missed / np.sqrt(12.0))))
 
 
 def _stretches(height: Floats, stretch: Ints, count: int) -> tuple[Floats, Floats]:

@@ -344,9 +344,9 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     told = found.mean[3] >= _TELLS_SHAPES * spacing and _gap(near, summed) <= _WIDEST_GAP * found.mean[3]
     shapes = _SHAPES if told else _SHAPES[:2]
     fits = _fits(near, summed, (_SYMMETRIC,), shapes, spacing)
-    if not told:  # nor whether vertices are points or means over a pixel: either is as likely
-        either = _mean(fits, np.zeros(2), count)
-        return replace(summed, open_mm=summed.height_mm * either.open_mm / either.height_mm)
+    if not told:  # nor whether vertices are points or means over a pixel, whatever neither explains may say
+        apart = abs(float(np.log(fits[1].height_mm / fits[0].height_mm)))
+        return replace(summed, open_mm=0.5 * apart * summed.height_mm)
     averaged = _mean(fits, _PRIOR, count)
     # a descent's height differs from the posterior's mean, and it does not know what is open
     by = summed.height_mm / fits[0].height_mm

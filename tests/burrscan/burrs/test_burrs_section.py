@@ -152,3 +152,20 @@ def test_a_torn_burr_is_as_high_as_its_highest_stretches_and_surely_so() -> None
     height, sigma = np.mean(found, axis=0)
     assert height == pytest.approx(1.23, abs=0.08)
     assert sigma < 0.04
+
+
+@pytest.mark.parametrize("footprint", [0.0, 0.2, 0.35, 0.5])
+@pytest.mark.parametrize("half", [0.3, 0.4])
+def test_a_burr_as_narrow_as_its_pixels_is_unsure_by_what_they_may_be(half: float, footprint: float) -> None:
+    """Points, or means over a whole pixel: where neither is true, data are sure of one, and wrong."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        u, v = rng.uniform(-12.0, 12.0, 600), rng.uniform(-3.0, 3.0, 600)
+        lift = 2.0 * section(v, half, half, Kind(1, footprint))[0] + 0.03 * rng.normal(size=600)
+        patch = Patch(u, v, lift, np.full(600, 0.03))
+        first = first_ridge(patch, spacing_mm=0.5, start=(-12.0, 12.0))
+        assert first is not None
+        ridge = fit_ridge(patch, first, spacing_mm=0.5)
+        sigma = float(np.linalg.norm([ridge.sigma_of([1, 0, 0, 0, 0]), ridge.open_mm, 0.02]))
+        assert abs(ridge.height_mm - 2.0) < 3.0 * sigma  # 1 % is what a description allows for shapes
+        assert sigma < 0.8

@@ -37,7 +37,7 @@ def height(pedestal_mm: float, crest_mm: float, *, sign: int = 1, seed: int = 0)
     field: Any = SimpleNamespace(spacing_mm=_SPACING_MM, local_mm=patch.sigma_mm)
     frame: Any = SimpleNamespace(patch=patch)
     ridge = replace(ridge, parameters=np.append(pedestal_mm, ridge.parameters[1:]))  # as it came out there
-    return describe._height(field, site, ridge, frame, edged=False)
+    return describe._height(field, site, ridge, frame, edged=False, facing=0.0)
 
 
 def test_the_crest_tells_where_the_ridge_that_fits_is_the_pedestal(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -317,6 +317,16 @@ def test_a_burr_on_the_edge_of_a_face_that_is_grazed_stands_in_the_light(
     assert not depth_calls(seen, from_mm=from_mm)
 
 
+def test_of_a_crest_that_is_looked_down_on_pixels_hide_the_tip() -> None:
+    """Points of a mesh do not, nor does a camera that sees the burr from aside."""
+    seen = from_above(rim(0.0, 20.0, 1.5, 0.9), up_rad=0.3)
+    ((_, of_points),) = depth_calls(seen)
+    ((_, from_front),) = depth_calls(seen, from_mm=np.array([1000.0, 0.0, 300.0]))
+    ((_, from_aside),) = depth_calls(seen, from_mm=np.array([60.0, 0.0, 1000.0]))
+    assert 1.1 * of_points < from_front < 1.5 * of_points
+    assert from_aside == pytest.approx(of_points, rel=0.03)
+
+
 @some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])
 def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
     monkeypatch: pytest.MonkeyPatch, up_rad: float, height_mm: float
