@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.generatrix.polyline import revolved
@@ -65,13 +66,8 @@ class Chart:
     def cells_of(self, points_mm: Floats, *, within_mm: float = 2.0 * _ALONG_MM) -> tuple[Ints, Ints]:
         """(N,) cell along, -1 for points that are farther than ``within_mm`` from each, and (N,) around."""
         zr = np.stack([points_mm[:, 2], np.hypot(points_mm[:, 0], points_mm[:, 1])], axis=1)
-        along = np.empty(len(zr), np.int64)
-        for first in range(0, len(zr), 1 << 15):
-            some = zr[first : first + (1 << 15)]
-            square = ((some[:, None] - self.zr_mm[None]) ** 2).sum(axis=2)
-            nearest = square.argmin(axis=1)
-            far = square[np.arange(len(some)), nearest] > within_mm**2
-            along[first : first + (1 << 15)] = np.where(far, -1, nearest)
+        distance_mm, nearest = cKDTree(self.zr_mm).query(zr)
+        along = np.where(distance_mm > within_mm, -1, nearest)
         return along, angle_cells(points_mm)
 
 
