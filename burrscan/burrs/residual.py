@@ -323,13 +323,20 @@ def _site(field: Field, region: Region, taken: Bools) -> Site:
 
 
 def _high(field: Field, on: Ints, sign: int) -> Bools:
-    """Which vertices are in cells that reach a fifth of what the highest reach: the others are halo."""
+    """Which vertices are in cells that reach a fifth of what the highest reach: the others are halo.
+
+    The highest are those that half of the squared deviations are in, where they are too few to be quantiles: a
+    burr that a wave has joined to many cells.
+    """
     columns = field.count.shape[1]
     _, cell, count = np.unique(
         field.cell[on, 0] * columns + field.cell[on, 1], return_inverse=True, return_counts=True
     )
     level = np.bincount(cell, sign * field.deviation_mm[on]) / count
-    high: Bools = (level >= _HALO * np.quantile(level, _CREST))[cell]
+    order = np.argsort(level)
+    power = np.cumsum((count * np.maximum(level, 0.0) ** 2)[order])
+    half = level[order[np.searchsorted(power, 0.5 * power[-1])]]
+    high: Bools = (level >= _HALO * max(np.quantile(level, _CREST), half))[cell]
     return high
 
 
