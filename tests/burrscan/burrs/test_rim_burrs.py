@@ -390,6 +390,22 @@ def test_the_core_of_a_burr_that_waves_have_joined_to_much_else_is_called() -> N
     assert (core.cells & burr.cells).sum() > 0.8 * core.cells.sum()
 
 
+def test_of_a_burr_that_a_wave_has_joined_to_a_wide_region_only_the_burr_is_high() -> None:
+    """A twentieth of its cells, of which no quantile tells: the wave would be measured, and found too low."""
+    vertices, faces = from_above(rim(0.0, 10.0, 0.8, 1.0), up_rad=0.5)
+    found = inspect_mesh(vertices, faces)
+    shown = field.field_of(vertices, faces, found.axis, found.generatrix, sigma_mm=0.03)
+    burr = max(detect.regions(shown, false_calls_per_wheel=1e-6), key=lambda one: one.significance)
+    wide = detect.widened(burr.cells, 24, 40, closed=False)
+    wide &= burr.cells | (shown.score > 0.0)
+    assert burr.cells.sum() < 0.05 * wide.sum()
+    joined = detect.Region(wide, 1, burr.significance, burr.inflation, burr.box)
+    alone, among = (residual._site(shown, one, one.cells) for one in (burr, joined))
+    of_burr, high = (set(site.chosen[site.on].tolist()) for site in (alone, among))
+    assert len(high & of_burr) > 0.8 * len(of_burr)
+    assert len(high - of_burr) < 0.2 * len(high)
+
+
 def outlines(seen: Seen, *, up_rad: float) -> tuple[tuple[Burr, ...], Inspection]:
     """What the outline shows, seen from far away, and what was found without it."""
     found = inspect_mesh(*seen)
