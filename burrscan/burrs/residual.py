@@ -325,8 +325,8 @@ def _site(field: Field, region: Region, taken: Bools) -> Site:
 def _high(field: Field, on: Ints, sign: int) -> Bools:
     """Which vertices are in cells that reach a fifth of what the highest reach: the others are halo.
 
-    The highest are those that half of the squared deviations are in, where they are too few to be quantiles: a
-    burr that a wave has joined to many cells.
+    The highest are those that half of the squared deviations are in, where they are too few for a quantile:
+    a burr that a wave has joined to many cells.
     """
     columns = field.count.shape[1]
     _, cell, count = np.unique(

@@ -345,7 +345,8 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     shapes = _SHAPES if told else _SHAPES[:2]
     fits = _fits(near, summed, (_SYMMETRIC,), shapes, spacing)
     if not told:  # nor whether vertices are points or means over a pixel, whatever neither explains may say
-        apart = abs(float(np.log(fits[1].height_mm / fits[0].height_mm)))
+        points, means = (max(fit.height_mm, 1e-3 * summed.height_mm) for fit in fits)
+        apart = abs(float(np.log(means / points)))
         return replace(summed, open_mm=0.5 * apart * summed.height_mm)
     averaged = _mean(fits, _PRIOR, count)
     # a descent's height differs from the posterior's mean, and it does not know what is open
