@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from burrscan.arrays import Floats, freeze
+
+Side: TypeAlias = Literal["protrusion", "nick"]
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ class Burr:
 
     """
 
-    side: Literal["protrusion", "nick"]
+    side: Side
     angle_deg: Value
     z_start_mm: Value
     z_end_mm: Value
@@ -138,6 +140,16 @@ class Burr:
 
     def __post_init__(self) -> None:
         freeze(self, T_mesh_burr=self.T_mesh_burr)
+
+    @property
+    def sign(self) -> int:
+        """Of its deviations: +1 for material too much, -1 for material missing."""
+        return 1 if self.side == "protrusion" else -1
+
+
+def side_of(sign: float) -> Side:
+    """What deviates by that sign: material too much from 0 up, else material missing."""
+    return "protrusion" if sign >= 0.0 else "nick"
 
 
 @dataclass(frozen=True)

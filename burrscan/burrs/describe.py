@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from burrscan.burrs.shape.crest import crest_of, with_tip
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge, first_ridge, fit_ridge, misfit_of
-from burrscan.inspection import Axis, Burr, Value
+from burrscan.inspection import Axis, Burr, Value, side_of
 from burrscan.turns import turn_rad
 
 _ELONGATED = 1.3
@@ -220,7 +219,6 @@ def _direction(x: Floats, y: Floats, weight: Floats) -> Floats:
 
 
 def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, axis: Axis) -> Burr:
-    side: Literal["protrusion", "nick"] = "protrusion" if site.sign > 0 else "nick"
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)
@@ -228,7 +226,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, 
     angle, vertex = _middle(site, ridge, frame, field.spacing_mm)
     z_low, z_high = _reach_z(field, site, frame, ridge, vertex)
     return Burr(
-        side=side,
+        side=side_of(site.sign),
         angle_deg=Value(float(np.degrees(angle.value)), float(np.degrees(angle.sigma))),
         z_start_mm=Value(z_low, end_sigma),
         z_end_mm=Value(z_high, end_sigma),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -229,10 +229,10 @@ def _told_by_light(
             continue
         here = [belongs(one.burr, place, surface) for one in open_]
         beside = [one for one, near in zip(open_, here, strict=True) if near]
-        side = "protrusion" if place.side > 0 else "nick"
+        side = place.side
         if place.undecided:
             side = _of_one_mind(beside) or side
-        same = [one for one in beside if one.burr.side == side]
+        same = [one for one in beside if one.burr.sign == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
         confirmed += [one._replace(burr=doubted(one.burr, place, surface), place=place) for one in same]
         if not same:
@@ -240,12 +240,11 @@ def _told_by_light(
     return open_ + confirmed, dark
 
 
-def _of_one_mind(beside: list[_Certain]) -> Literal["protrusion", "nick"] | None:
-    """The side that the depth shows at a place, unless it shows the other one half as clearly."""
-    sides: tuple[Literal["protrusion", "nick"], ...] = ("protrusion", "nick")
-    sizes = [max((one.size for one in beside if one.burr.side == side), default=0.0) for side in sides]
-    clear = min(sizes) < _CLEARLY * max(sizes)
-    return sides[int(np.argmax(sizes))] if clear else None
+def _of_one_mind(beside: list[_Certain]) -> int:
+    """Sign of the side that the depth shows at a place; 0 where it shows the other one half as clearly."""
+    up, down = (max((one.size for one in beside if one.burr.sign == sign), default=0.0) for sign in (1, -1))
+    clear = min(up, down) < _CLEARLY * max(up, down)
+    return (1 if up > down else -1) if clear else 0
 
 
 def _less_sure(burr: Burr, *, share: float) -> Burr:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import Chart, line_of, walked
-from burrscan.inspection import Axis, Burr, Value
+from burrscan.inspection import Axis, Burr, Side, Value, side_of
 
 FALSE_CALLS = 0.07
 """Calls per look that are no burr, blemishes included: 8 on 120 wheels of the suite ``standard`` (three are
@@ -261,15 +260,11 @@ def _sizes(call: Call) -> bool:
     return call.along and call.aside_deg <= _SIZED_DEG
 
 
-def _side(calls: list[Call]) -> Literal["protrusion", "nick"]:
+def _side(calls: list[Call]) -> Side:
     """By odds: every look is right as often, but a faint call weighs less than a clear one."""
     clear = max(call.burr.significance for call in calls)
     odds = np.log(_SIDE_RIGHT / (1.0 - _SIDE_RIGHT))
-    vote = sum(
-        odds * call.burr.significance / clear * (1.0 if call.burr.side == "protrusion" else -1.0)
-        for call in calls
-    )
-    return "protrusion" if vote >= 0.0 else "nick"
+    return side_of(sum(odds * call.burr.significance / clear * call.burr.sign for call in calls))
 
 
 def _weighted(values: list[Value]) -> Value:

@@ -54,5 +54,4 @@ def bare(burr: Burr, T_part_burr: Floats, points_mm: Floats, deviation_mm: Float
     under &= np.abs(local[:, 2]) < burr.height_mm.value + half[1]
     if np.count_nonzero(under) < _POINTS:
         return False
-    sign = 1.0 if burr.side == "protrusion" else -1.0
-    return bool(np.mean(sign * deviation_mm[under] < _LOW * burr.height_mm.value) >= _FLAT)
+    return bool(np.mean(burr.sign * deviation_mm[under] < _LOW * burr.height_mm.value) >= _FLAT)

@@ -90,8 +90,7 @@ def tracked(
     """
     surface, inspection = outcome.surface, outcome.inspection
     local = placed(np.linalg.inv(T_camera_burr), surface.vertices_mm)
-    sign = 1.0 if burr.side == "protrusion" else -1.0
-    deviation = sign * inspection.deviation_mm
+    deviation = burr.sign * inspection.deviation_mm
     width, half = burr.width_mm.value, 0.5 * burr.length_mm.value
     high = burr.height_mm.value
     near = np.isfinite(deviation) & (np.abs(local[:, 2]) < gate_mm + 2.0 * high)

@@ -11,7 +11,7 @@ from burrscan.burrs.height import combined, with_height
 from burrscan.burrs.light.disturbed import Place
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface, share_around, turned_to
-from burrscan.inspection import Axis, Burr, Value
+from burrscan.inspection import Axis, Burr, Value, side_of
 from burrscan.turns import turn_deg, turn_rad
 
 HEIGHT_PER_WIDTH = 0.7
@@ -77,10 +77,9 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     its height contradicts the one told; where it does not, its sigma grows by the part of the place that
     nobody measured. What is then left of depth and light has little in common, and each has its weight.
     """
-    side = _way(burr)
-    told, depth, share = _told(place, surface, side=side), burr.height_mm, place.hidden
+    told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
-    bounced = place.told is not None and place.told.contradicts(depth.value, side=side)
+    bounced = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
     if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
         return with_height(burr, told, share=told.sigma / told.value)
     part = _PARTLY * place.lit * max(depth.value, told.value)
@@ -107,7 +106,7 @@ def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis, *, mirrored:
     shown = Value(
         float(np.radians(burr.angle_deg.value)), float(np.hypot(np.radians(burr.angle_deg.sigma), off))
     )
-    angle = place.told.angle_rad(side=_way(burr), depth=shown)
+    angle = place.told.angle_rad(side=burr.sign, depth=shown)
     if shown.sigma <= angle.sigma:
         return replace(burr, angle_deg=Value(burr.angle_deg.value, float(np.degrees(shown.sigma))))
     return turned_to(burr, angle, float(np.median(surface.z_mm[rows])), axis)
@@ -119,11 +118,6 @@ def _extents(place: Place, surface: Unrolled) -> tuple[float, float]:
     turn = float(surface.angle[1] - surface.angle[0])
     used, each = np.unique(rows, return_counts=True)
     return float(np.median(each * surface.r_mm[used])) * turn, len(used) * surface.step_mm
-
-
-def _way(burr: Burr) -> int:
-    """+1 where a burr is too much; what the light leaves open the depth decides, against the place's side."""
-    return 1 if burr.side == "protrusion" else -1
 
 
 def _told(place: Place, surface: Unrolled, *, side: int) -> Value:
@@ -172,7 +166,7 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     foot: Floats = np.array([surface.z_mm[middle], r])
     direction = np.array([0.0, 1.0]) if along >= across else np.array([1.0, 0.0])
     return Burr(
-        side="protrusion" if place.side > 0 else "nick",
+        side=side_of(place.side),
         angle_deg=Value(turn_deg(float(np.degrees(angle.value))), float(np.degrees(angle.sigma))),
         z_start_mm=Value(float(z.min()) - 0.5 * step, step),
         z_end_mm=Value(float(z.max()) + 0.5 * step, step),

@@ -118,7 +118,7 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
     sums = np.array([np.nansum(depth) for depth in depths])
     stretches = 1.0 + float(np.ptp(middles))
     along = len(rows) >= _ALONG_ROWS and stretches <= 2.0
-    called = (sums.mean() > 0.0) == (burr.side == "protrusion")
+    called = burr.sign * sums.mean() > 0.0
     if along and called and _agree(sums, len(sums), least=_AGREE_ALONG):
         return False
     askew = thin and stretches >= _FEWEST

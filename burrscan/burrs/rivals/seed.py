@@ -15,7 +15,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.field import field_of
 from burrscan.burrs.height import judged
-from burrscan.inspection import Axis, Burr, Generatrix, Value
+from burrscan.inspection import Axis, Burr, Generatrix, Value, side_of
 from burrscan.pose import placed
 from burrscan.turns import turn_rad
 
@@ -224,7 +224,7 @@ def _with_angle(burr: Burr, angle: float, agreeing: Floats, axis: Axis) -> Burr:
 def _angle_only(sign: int, significance: float) -> Burr:
     """A burr of which nothing but the angle is known."""
     return Burr(
-        side="protrusion" if sign > 0 else "nick",
+        side=side_of(sign),
         angle_deg=_UNKNOWN,
         z_start_mm=_UNKNOWN,
         z_end_mm=_UNKNOWN,

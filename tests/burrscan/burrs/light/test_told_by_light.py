@@ -189,8 +189,8 @@ def test_what_the_light_leaves_open_the_depth_decides(
     monkeypatch.setattr(residual, "belongs", lambda *_: True)
     monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
     seen, on = SimpleNamespace(), np.zeros(0, int)
-    nick = residual._Certain(seen, SimpleNamespace(side="nick"), 225.0, on)  # type: ignore[arg-type]
-    halo = residual._Certain(seen, SimpleNamespace(side="protrusion"), other, on)  # type: ignore[arg-type]
+    nick = residual._Certain(seen, SimpleNamespace(sign=-1), 225.0, on)  # type: ignore[arg-type]
+    halo = residual._Certain(seen, SimpleNamespace(sign=1), other, on)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
     certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
     assert [one.burr for one in certain] == [(nick if kept else halo).burr]
