@@ -87,7 +87,8 @@ class Field:
     without_curve
         (V,) True for the vertices of the mesh whose nearest place on the curve is an open end of it.
     pitch_mm
-        (N, 2) distance to the next vertex along the curve and around, NaN for vertices in no triangle.
+        (N, 2) distance to the next vertex along the curve and around; NaN for vertices in no triangle, and in
+        drawings.
 
     """
 
@@ -193,7 +194,7 @@ def field_of(
     known = Foot(foot.segment[valid], foot.t[valid], foot.distance_mm[valid])
     stated = np.broadcast_to(np.asarray(0.0 if sigma_mm is None else sigma_mm, np.float64), valid.shape)
     inside = inner(faces, len(vertices_mm))
-    even = _evenly_spread(faces, len(vertices_mm))[valid]
+    even = _evenly_spread(faces, len(vertices_mm))
     return _gridded(
         line,
         known,
@@ -201,11 +202,11 @@ def field_of(
         np.nan_to_num(stated[valid]),
         inside[valid],
         deep(faces, inside)[valid],
-        even,
+        even[valid],
         _finest(profile),
         vertex=np.flatnonzero(valid),
         without_curve=past_ends(profile.z_mm, profile.r_mm, line, foot),
-        faces=faces,
+        joined=faces if even.all() else faces[:0],
     )
 
 
@@ -234,8 +235,9 @@ def _gridded(
     *,
     vertex: Ints,
     without_curve: Bools,
-    faces: Ints32,
+    joined: Ints32,
 ) -> Field:
+    """The field; ``joined`` are triangles between neighbours, none of a drawing, whose facets are no such."""
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
@@ -274,7 +276,7 @@ def _gridded(
         doubtful,
         vertex,
         without_curve,
-        pitches_mm(along, angle, place[:, 1], faces, vertex, count=len(without_curve)),
+        pitches_mm(along, angle, place[:, 1], joined, vertex, count=len(without_curve)),
     )
 
 
