@@ -250,7 +250,8 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     """
     patch, least = frame.patch, _STRETCH * field.spacing_mm
     most, sigma = height_of(patch, ridge, least_mm=least)
-    height = Value(most, float(np.sqrt(sigma**2 + ridge.open_mm**2 + (_NO_TRIANGLE_SHARED * most) ** 2)))
+    known = float(np.hypot(sigma, _NO_TRIANGLE_SHARED * most))
+    height = Value(most, float(np.hypot(known, ridge.open_mm)))
     if not edged and site.sign < 0:
         return height
     own = field.local_mm[site.chosen]  # a crest is often the border of what is seen, whose sigma is another
@@ -265,8 +266,9 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
         return Value(crest.value, float(np.hypot(crest.sigma, _UNRESOLVED * crest.value)))
     pixel_mm = max(facing, 0.0) * frame.across_mm
     crest = with_tip(crest, width_mm=ridge.width_mm, footprint_mm=pixel_mm)
-    off = abs(crest.value - height.value) / float(np.hypot(crest.sigma, height.sigma))
-    return crest if off > _DIFFER or crest.sigma < height.sigma else height
+    # what a footprint leaves open chooses neither: on points the ridge is the better one, on pixels they differ
+    off = abs(crest.value - most) / float(np.hypot(crest.sigma, known))
+    return crest if off > _DIFFER or crest.sigma < known else height
 
 
 def _area(ridge: Ridge) -> Value:
