@@ -266,9 +266,11 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
         return Value(crest.value, float(np.hypot(crest.sigma, _UNRESOLVED * crest.value)))
     pixel_mm = max(facing, 0.0) * frame.across_mm
     crest = with_tip(crest, width_mm=ridge.width_mm, footprint_mm=pixel_mm)
-    # what a footprint leaves open chooses neither: on points the ridge is the better one, on pixels they differ
-    off = abs(crest.value - most) / float(np.hypot(crest.sigma, known))
-    return crest if off > _DIFFER or crest.sigma < known else height
+    # what a footprint leaves open chooses neither, and where both agree the crest, with its tip, closes it
+    off = abs(crest.value - most)
+    if off > _DIFFER * float(np.hypot(crest.sigma, known)) or crest.sigma < known:
+        return crest
+    return Value(most, min(height.sigma, max(crest.sigma, off)))
 
 
 def _area(ridge: Ridge) -> Value:

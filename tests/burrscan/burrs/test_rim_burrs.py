@@ -18,7 +18,7 @@ from burrscan.burrs.noise.border import inner
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.generatrix import curve
 from burrscan.generatrix.polyline import polyline_of
-from burrscan.inspection import Burr, Inspection
+from burrscan.inspection import Burr, Inspection, Value
 from burrscan.pose import placed
 from scenes.wheel import RimBurr, build_wheel, load_wheel
 from tests.tiers import some_of
@@ -279,7 +279,7 @@ def test_what_is_as_high_as_its_edge_is_round_is_no_burr(monkeypatch: pytest.Mon
     assert np.isnan(burr.width_mm.value)
 
 
-def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str, float]]:
+def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str, Value]]:
     """Side and height of what the depth of a scan shows, with nothing judged by its light.
 
     ``from_mm`` is where camera and projector stood, (3,) in the frame of the mesh, where that is told.
@@ -290,7 +290,7 @@ def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str,
     T = T_part_mesh(found.axis.point_mm, found.axis.direction)
     at_mm = None if from_mm is None else placed(T, np.stack([from_mm, from_mm]))
     certain = residual._certain(shown, regions, found.axis, 1e-6, None, at_mm=at_mm, widest_mm=3.0)
-    return [(one.burr.side, one.burr.height_mm.value) for one in certain]
+    return [(one.burr.side, one.burr.height_mm) for one in certain]
 
 
 def of_a_scan(seen: Seen) -> int:
@@ -309,9 +309,9 @@ def test_a_burr_on_the_edge_of_a_face_that_is_grazed_stands_in_the_light(
     up_rad = 0.12
     seen = from_above(rim(0.0, 27.0, 1.4, 0.7, "axial"), up_rad=up_rad)
     from_mm = 1000.0 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])
-    ((side, height_mm),) = depth_calls(seen, from_mm=from_mm)
+    ((side, height),) = depth_calls(seen, from_mm=from_mm)
     assert side == "protrusion"
-    assert height_mm == pytest.approx(1.4, abs=0.2)
+    assert height.value == pytest.approx(1.4, abs=0.2)
     monkeypatch.setattr(residual, "on_edge", no)
     assert len(depth_calls(seen)) == 1
     assert not depth_calls(seen, from_mm=from_mm)
@@ -323,8 +323,10 @@ def test_of_a_crest_that_is_looked_down_on_pixels_hide_the_tip() -> None:
     ((_, of_points),) = depth_calls(seen)
     ((_, from_front),) = depth_calls(seen, from_mm=np.array([1000.0, 0.0, 300.0]))
     ((_, from_aside),) = depth_calls(seen, from_mm=np.array([60.0, 0.0, 1000.0]))
-    assert 1.1 * of_points < from_front < 1.5 * of_points
-    assert from_aside == pytest.approx(of_points, rel=0.03)
+    assert from_front.sigma > 1.5 * of_points.sigma
+    assert abs(from_front.value - 1.5) < 2.0 * from_front.sigma
+    assert from_aside.value == pytest.approx(of_points.value, rel=0.03)
+    assert from_aside.sigma == pytest.approx(of_points.sigma, rel=0.3)
 
 
 @some_of(("up_rad", "height_mm"), [(-0.1, 0.6), (-0.2, 1.0), (-0.3, 0.6)])
@@ -514,11 +516,11 @@ def test_a_nick_that_is_not_low_at_the_edge_is_the_image_of_a_burr(monkeypatch: 
     )
     ((side, high),) = depth_calls(image)
     assert side == "protrusion"
-    assert 0.6 < high < 2.1
+    assert 0.6 < high.value < 2.1
     for seen in (nick, groove):
         ((side, high),) = depth_calls(seen)
         assert side == "nick"
-        assert high == pytest.approx(0.6, abs=0.1)
+        assert high.value == pytest.approx(0.6, abs=0.1)
     monkeypatch.setattr(residual, "is_an_image", lambda *_: False)
     assert [side for side, _ in depth_calls(image)] == ["nick"]
 
