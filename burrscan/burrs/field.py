@@ -86,9 +86,8 @@ class Field:
         (N,) index of each in the mesh.
     without_curve
         (V,) True for the vertices of the mesh whose nearest place on the curve is an open end of it.
-    pitch_mm
-        (N, 2) distance to the next vertex along the curve and around; NaN for vertices in no triangle, and in
-        drawings.
+    joined
+        (T, 3) triangles of the mesh between neighbours; none of a drawing, whose facets are no such.
 
     """
 
@@ -109,12 +108,18 @@ class Field:
     border: Bools
     vertex: Ints
     without_curve: Bools
-    pitch_mm: Floats
+    joined: Ints32
 
     @property
     def spacing_mm(self) -> float:
         """Distance between neighbouring vertices, on the whole."""
         return self.step_mm / _VERTICES_ACROSS
+
+    @cached_property
+    def pitch_mm(self) -> Floats:
+        """(N, 2) distance to the next vertex along the curve and around, NaN for vertices in no triangle."""
+        radius_mm, count = self.foot[:, 1], len(self.without_curve)
+        return pitches_mm(self.along_mm, self.angle, radius_mm, self.joined, self.vertex, count=count)
 
     @cached_property
     def flat_cell(self) -> Ints:
@@ -237,7 +242,6 @@ def _gridded(
     without_curve: Bools,
     joined: Ints32,
 ) -> Field:
-    """The field; ``joined`` are triangles between neighbours, none of a drawing, whose facets are no such."""
     arc = arc_of(angle)
     if arc[1] > 1.97 * np.pi:
         arc = (-np.pi, 2.0 * np.pi)
@@ -276,7 +280,7 @@ def _gridded(
         doubtful,
         vertex,
         without_curve,
-        pitches_mm(along, angle, place[:, 1], joined, vertex, count=len(without_curve)),
+        joined,
     )
 
 

@@ -327,10 +327,7 @@ def _high(field: Field, on: Ints, sign: int) -> Bools:
     The highest are those that half of the squared deviations are in, where they are too few for a quantile:
     a burr that a wave has joined to many cells.
     """
-    columns = field.count.shape[1]
-    _, cell, count = np.unique(
-        field.cell[on, 0] * columns + field.cell[on, 1], return_inverse=True, return_counts=True
-    )
+    _, cell, count = np.unique(field.flat_cell[on], return_inverse=True, return_counts=True)
     level = np.bincount(cell, sign * field.deviation_mm[on]) / count
     order = np.argsort(level)
     power = np.cumsum((count * np.maximum(level, 0.0) ** 2)[order])

@@ -91,16 +91,15 @@ def surface_parts(
         -1, len(kind)
     )
     keys = np.concatenate([kind[None], touched], axis=0).T
-    member = kind.astype(np.int64)
+    member = np.unique(kind, return_inverse=True)[1]
     for each in touched:  # faces of the same row share a number, in the rows' lexical order
         member = np.unique(2 * member + each, return_inverse=True)[1]
-    numbers, first = np.unique(member, return_index=True)
-    rows = keys[first]
+    rows = keys[np.unique(member, return_index=True)[1]]
     parts = []
     for number, row in enumerate(rows):
         covering = [i for i in range(len(places)) if row[1 + i]]
         uvs, covers = _unwrapped(wheel, [blemishes[i] for i in covering], [places[i] for i in covering])
-        faces = np.flatnonzero(member == numbers[number]).astype(np.int32)
+        faces = np.flatnonzero(member == number).astype(np.int32)
         name = "wheel" if len(rows) == 1 else f"wheel_{number}"
         parts.append(SurfacePart(name, faces, uvs, finishes[int(row[0])], covers, outline_mm))
     return tuple(parts)
