@@ -73,20 +73,24 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
 
     Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
     height is above what is told of the place without it, and no burr of that height explains what is seen
-    nearly as well as others do, it takes the height told. So it does where much of the place has no depth and
-    its height contradicts the one told; where it does not, its sigma grows by the part of the place that
-    nobody measured. What is then left of depth and light has little in common, and each has its weight.
+    nearly as well as others do, what a fifth of the place's depths exceed is its height, if all of it has
+    depths: what bounced is not most of them, and what is told is as often wrong as the depth, for flanks of
+    another finish and rolled ones are none of those laid beside it. Else depth and light have little in
+    common, and each has its weight; where much of the place has no depth, that of the depth is less by the
+    part of it that nobody measured. O(cells).
     """
     told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
     bounced = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
-    if (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS):
-        return with_height(burr, told, share=told.sigma / told.value)
-    part = _PARTLY * place.lit * max(depth.value, told.value)
-    missed = share * told.sigma if share > _MUCH else 0.0
-    height = Value(depth.value, float(np.sqrt(depth.sigma**2 + part**2 + missed**2)))
-    if place.told is not None:
-        height = combined(height, told)
+    doubtful = (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS)
+    if doubtful and share <= _HIDDEN and 0.0 < place.seen_mm < max(depth.value, told.value):
+        height = _seen(place, told)
+    else:
+        part = _PARTLY * place.lit * max(depth.value, told.value)
+        missed = share * told.sigma if share > _MUCH else 0.0
+        height = Value(depth.value, float(np.sqrt(depth.sigma**2 + part**2 + missed**2)))
+        if doubtful or place.told is not None:
+            height = combined(height, told)
     more = max(height.sigma**2 - depth.sigma**2, 0.0)
     return with_height(burr, height, share=float(np.sqrt(more)) / height.value)
 
@@ -132,16 +136,20 @@ def _told(place: Place, surface: Unrolled, *, side: int) -> Value:
 
 
 def _seen(place: Place, told: Value) -> Value:
-    """The height that the depths of a place show, where it is below the one told.
+    """The height that the depths of a place show, less sure where it is lit from aside."""
+    lit_mm = _PARTLY * place.lit * told.value
+    return Value(place.seen_mm, float(np.hypot(_SEEN_SIGMA * place.seen_mm, lit_mm)))
+
+
+def _unseen(place: Place, told: Value) -> Value:
+    """The height of a place where no depth shows a burr: the one told, or that of its depths if it is less.
 
     Light that bounced between burr and wheel looks farther from the surface than what it came from, so depths
     that stay below what the light lets expect came directly.
     """
     if place.hidden > _HIDDEN or not 0.0 < place.seen_mm < told.value:
         return told
-    seen = Value(
-        place.seen_mm, float(np.hypot(_SEEN_SIGMA * place.seen_mm, _PARTLY * place.lit * told.value))
-    )
+    seen = _seen(place, told)
     return combined(seen, told) if place.lit > 0.0 else seen
 
 
@@ -161,7 +169,7 @@ def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:
     angle = Value(float(surface.angle[columns].mean()), across / np.sqrt(12.0) / r)
     if place.told is not None:
         angle = place.told.angle_rad(side=place.side)
-    height = _seen(place, _told(place, surface, side=place.side))
+    height = _unseen(place, _told(place, surface, side=place.side))
     area, area_sigma = 0.5 * height.value * width, 0.5 * height.sigma * width
     foot: Floats = np.array([surface.z_mm[middle], r])
     direction = np.array([0.0, 1.0]) if along >= across else np.array([1.0, 0.0])
