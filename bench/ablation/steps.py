@@ -229,7 +229,7 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {"burrscan.burrs.describe:_cornered": lambda _, site, __: np.zeros(len(site.chosen), np.bool_)},
     ),
-    Step("burrs are no triangles", "burrs", {"burrscan.burrs.describe:_NO_TRIANGLE": 0.0}),
+    Step("burrs are no triangles", "burrs", {"burrscan.burrs.describe:NO_TRIANGLE": 0.0}),
     Step(
         "height of the higher stretches",
         "burrs",

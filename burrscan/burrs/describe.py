@@ -20,12 +20,12 @@ from burrscan.turns import turn_rad
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
-_STRETCH = 4.0
+STRETCH = 4.0
 """Least length over which a height is stated, in spacings of the vertices. With 6 the tops of torn burrs are
 lost (95 % of heights 0.49 instead of 0.45 mm), 3 gains nothing."""
 _LEAST_SIGNIFICANCE = 4.0
 """In noise deviations of the height: lower lets noise through as burrs, higher loses faint ones."""
-_NO_TRIANGLE = 0.02
+NO_TRIANGLE = 0.02
 """Share of a burr's height by which it departs from the simple cross-sections that are fitted."""
 _NO_TRIANGLE_SHARED = 0.01
 """The part of it that is the same all along the burr: no number of vertices takes it off. Of 40 drawn burrs
@@ -174,7 +174,7 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
     direction = _direction(x, y, weight)
     a, b = direction
     high = float(np.quantile(lift[site.on], 0.9))
-    sigma = np.hypot(field.sigma_mm[site.chosen] * site.inflation, _NO_TRIANGLE * high)
+    sigma = np.hypot(field.sigma_mm[site.chosen] * site.inflation, NO_TRIANGLE * high)
     if not edged:
         cornered = _cornered(field, site, high)
         sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
@@ -248,7 +248,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     Elsewhere, too, where what stands up is a pedestal with something much higher on it: pixels that hold a
     part of a burr no wider than they are, and of its shadow.
     """
-    patch, least = frame.patch, _STRETCH * field.spacing_mm
+    patch, least = frame.patch, STRETCH * field.spacing_mm
     most, sigma = height_of(patch, ridge, least_mm=least)
     known = float(np.hypot(sigma, _NO_TRIANGLE_SHARED * most))
     height = Value(most, float(np.hypot(known, ridge.open_mm)))

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.generatrix.polyline import revolved
 from burrscan.inspection import Generatrix
+from burrscan.turns import turn_rad
 
 AROUND = 120
 """Cells around the axis: 3 degrees each, so that candidates 3 or more degrees apart are shifts of the map."""
@@ -87,6 +88,21 @@ def walked(T_part_burr: Floats, along_mm: Floats, across_mm: Floats | float = 0.
     step = along_mm[:, None] * T_part_burr[:3, 0] + across[:, None] * T_part_burr[:3, 1]
     angles, radii = angle + step @ around / max(r, 1e-6), r + step @ radial
     return np.stack([radii * np.cos(angles), radii * np.sin(angles), z + step[:, 2]], axis=1)
+
+
+def beside(T_part_burr: Floats, points_mm: Floats) -> Floats:
+    """(N, 3) points of the part frame along a burr, across it and above its middle; the way round is arc.
+
+    The inverse of :func:`walked`, for a burr that lies along the generatrix or around the axis. O(N).
+    """
+    x, y, z = T_part_burr[:3, 3]
+    r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
+    axes = np.stack(
+        [[-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0], [np.cos(angle), np.sin(angle), 0.0]]
+    )
+    around = r * turn_rad(np.arctan2(points_mm[:, 1], points_mm[:, 0]) - angle)
+    away = [around, points_mm[:, 2] - z, np.hypot(points_mm[:, 0], points_mm[:, 1]) - r]
+    return np.asarray(np.stack(away, axis=1) @ (axes @ T_part_burr[:3, :3]))
 
 
 def angle_cells(points_mm: Floats) -> Ints:

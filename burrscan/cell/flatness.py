@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.cell.chart import beside
 from burrscan.inspection import Burr
 
 _CREST = 0.25
@@ -39,16 +40,7 @@ def bare(burr: Burr, T_part_burr: Floats, points_mm: Floats, deviation_mm: Float
     O(V). A line that goes around the axis is followed around.
 
     """
-    x, y, z = T_part_burr[:3, 3]
-    r, angle = float(np.hypot(x, y)), float(np.arctan2(y, x))
-    axes = np.stack(
-        [[-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0], [np.cos(angle), np.sin(angle), 0.0]]
-    )
-    turn = np.arctan2(points_mm[:, 1], points_mm[:, 0]) - angle
-    around = r * (np.mod(turn + np.pi, 2.0 * np.pi) - np.pi)
-    radii = np.hypot(points_mm[:, 0], points_mm[:, 1])
-    away = np.stack([around, points_mm[:, 2] - z, radii - r], axis=1)
-    local = away @ (axes @ T_part_burr[:3, :3])
+    local = beside(T_part_burr, points_mm)
     half = 0.5 * burr.length_mm.value, _CREST * burr.width_mm.value
     under = (np.abs(local[:, 0]) < half[0]) & (np.abs(local[:, 1]) < half[1]) & np.isfinite(deviation_mm)
     under &= np.abs(local[:, 2]) < burr.height_mm.value + half[1]

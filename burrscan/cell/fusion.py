@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from burrscan.cell.evidence import Call, Place, joined
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
+from burrscan.cell.sizes import Cloud, sized
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -81,13 +82,14 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     eyes = [T_part_plate @ pose for pose in found.T_world_camera]
     chart = chart_of(found.generatrix)
     seen: list[tuple[Outlook, Floats]] = []
-    clouds: list[tuple[Floats, Floats]] = []
+    clouds: list[Cloud] = []
     for eye, pose, (_, outcome) in zip(eyes, found.T_world_camera, good, strict=True):
         view = outlook(chart, rig, np.linalg.inv(eye), chart.angles)
         measured = placed(eye, outcome.surface.vertices_mm)
         on_plate = placed(pose, outcome.surface.vertices_mm)
-        clouds.append((measured, deviation_mm(on_plate, found.axis, found.generatrix)))
         px_mm = float(np.median(outcome.surface.vertices_mm[:, 2])) / rig.camera.fx
+        deviation = deviation_mm(on_plate, found.axis, found.generatrix)
+        clouds.append(Cloud(measured, deviation, outcome.surface.vertex_sigma_mm, px_mm))
         seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
     calls = [
         _call(number, burr, found.T_world_camera[number], T_part_plate, clouds, rig)
@@ -96,7 +98,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
-    return Fused(found, chart, belief, places)
+    return Fused(found, chart, belief, tuple(_sized(place, T_part_plate, clouds) for place in places))
 
 
 def believed(
@@ -128,7 +130,7 @@ def _call(
     burr: Burr,
     T_plate_camera: Floats,
     T_part_plate: Floats,
-    clouds: list[tuple[Floats, Floats]],
+    clouds: list[Cloud],
     rig: Rig,
 ) -> Call:
     _, across, over = _towards(burr.T_mesh_burr)
@@ -137,11 +139,19 @@ def _call(
     pose = np.asarray(T_plate_camera @ burr.T_mesh_burr, float)
     against = [
         number
-        for number, (points, deviation) in enumerate(clouds)
-        if number != look and bare(burr, T_part_plate @ pose, points, deviation)
+        for number, cloud in enumerate(clouds)
+        if number != look and bare(burr, T_part_plate @ pose, cloud.points_mm, cloud.deviation_mm)
     ]
     along = bool(abs(baseline[0]) >= abs(baseline[1]))
     return Call(look, burr, pose, float(aside_deg(over, across)), faced, along, frozenset(against))
+
+
+def _sized(place: Place, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
+    """A place's burr as all looks measure it, where one is called."""
+    if not place.certain:
+        return place
+    burr = sized(place.burr, T_part_plate @ place.burr.T_mesh_burr, clouds)
+    return replace(place, burr=burr)
 
 
 def _towards(T_camera_burr: Floats) -> Floats:
