@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,8 @@ _SIZED_DEG = 60.0
 but where both mirror the part from in front (one of 1.4 mm read 0.5 to 0.8), not from there (1.2 to 1.4)."""
 UNFACED = 0.1
 """Worth, in burrs, of facing one that is called and was seen from aside only: its size, often its side."""
+_ROUNDS, _AGREED = 50, 1e-4
+"""Of the rates of noise and the probabilities that follow from each other: done when these change by less."""
 _CERTAIN = 0.5
 """A burr is called from this probability on."""
 _SUSPICIOUS = (0.02, 0.95)
@@ -128,7 +131,8 @@ def joined(
 
     A real burr is called in each look that would have found it, and one that measured bare metal under it
     would have; a false call comes of noise, and is called in one look, or of a blemish, and is called from
-    some sides. The odds are those of the two rates.
+    some sides. The odds are those of the two rates. Noise comes in bunches, where a look meets the part at a
+    bad angle: a look with many calls that no other confirms is believed less, see :func:`_probabilities`.
 
     Parameters
     ----------
@@ -150,8 +154,12 @@ def joined(
 
     """
     frame = T_part_mesh(axis.point_mm, axis.direction)
-    groups = _groups(calls)
-    return tuple(_place([calls[i] for i in group], frame, chart, chances, burrs) for group in groups)
+    groups = [[calls[i] for i in group] for group in _groups(calls)]
+    told = [_told(group, frame, chart, chances, burrs) for group in groups]
+    return tuple(
+        Place(tuple(group), one.chances, float(probability), _burr(group, frame))
+        for group, one, probability in zip(groups, told, _probabilities(told, len(chances)), strict=True)
+    )
 
 
 def _groups(calls: Sequence[Call]) -> list[list[int]]:
@@ -184,7 +192,29 @@ def _apart(one: Call, other: Call) -> float:
     return float(np.linalg.norm([along, *step[1:3]]))
 
 
-def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs: float) -> Place:
+class _Told(NamedTuple):
+    """What looks say of a place.
+
+    Parameters
+    ----------
+    real
+        Logarithm of how likely that is of a burr, times how many there are.
+    chances
+        (n,) as those of :class:`Place`.
+    looks
+        How many of them called it, or would have.
+    lone
+        The look that alone called it, -1 where several did.
+
+    """
+
+    real: float
+    chances: Floats
+    looks: int
+    lone: int
+
+
+def _told(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs: float) -> _Told:
     chance = np.max([_chance(call, frame, chart, chances) for call in calls], axis=0)
     called = np.zeros(len(chances), np.bool_)
     called[[call.look for call in calls]] = True
@@ -193,13 +223,35 @@ def _place(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burr
     chance = np.where(called, np.maximum(chance, _LITTLE), chance)
     silent = ~called & (chance >= _LITTLE)
     real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
-    # a false call has that many looks to arise in. Of a blemish that is there the other looks confirm it as
-    # often as not; of noise none does
-    told = int(called.sum() + silent.sum())
-    lone = (1.0 - _BLEMISHES) * (called.sum() == 1)
-    false = np.log(FALSE_CALLS * told * (lone + _BLEMISHES * 0.5 ** (told - 1)))
-    probability = float(1.0 / (1.0 + np.exp(np.clip(false - real, -50.0, 50.0))))
-    return Place(tuple(calls), chance, probability, _burr(calls, frame))
+    lone = int(np.argmax(called)) if np.count_nonzero(called) == 1 else -1
+    return _Told(float(real), chance, int(called.sum() + silent.sum()), lone)
+
+
+def _probabilities(told: Sequence[_Told], looks: int) -> Floats:
+    """(P,) that a burr is at each place. O(P) a round.
+
+    A false call has as many looks to arise in as say something of its place. Of a blemish that is there the
+    other looks confirm it as often as not; of noise none does. Each look has a rate of noise of its own: of
+    rates with the usual mean the exponential distribution supposes least, and what of the look's other lone
+    calls is probably false makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section
+    2.6), round by round until they agree.
+    """
+    real, count, lone = (
+        np.array([one[at] for one in told], kind) for at, kind in ((0, float), (2, float), (3, np.int64))
+    )
+    usual = (1.0 - _BLEMISHES) * FALSE_CALLS
+    blemish = _BLEMISHES * FALSE_CALLS * 0.5 ** (count - 1.0)
+    noise = np.where(lone >= 0, usual, 0.0)
+    probability: Floats = np.zeros(len(told))
+    for _ in range(_ROUNDS):
+        before, odds = probability, np.log(count * (noise + blemish)) - real
+        probability = 1.0 / (1.0 + np.exp(np.clip(odds, -50.0, 50.0)))
+        if np.abs(probability - before).max(initial=0.0) < _AGREED:
+            break
+        wrong = np.where(lone >= 0, 1.0 - probability, 0.0)
+        of_look = np.bincount(np.maximum(lone, 0), wrong, looks)[lone]
+        noise = np.where(lone >= 0, (1.0 + of_look - wrong) / (1.0 / usual + 1.0), 0.0)
+    return probability
 
 
 def _chance(call: Call, frame: Floats, chart: Chart, chances: Floats) -> Floats:

@@ -34,7 +34,7 @@ _LONG = 3.0
 """Length, in vertex spacings, from which a burr tells its direction."""
 _TRIANGLE = Kind()
 _SHAPES = Kind(), Kind(1, 1.0), Kind(2), Kind(1, 1.0, 0.33), Kind(1, 1.0, 0.67)
-"""Cross-sections, their footprints in vertex spacings; the first two differ by what a vertex is alone."""
+"""Cross-sections, their footprints in pixels; the first two differ by what a vertex is alone."""
 _USUAL = 4.0
 """What the weighted sum of squares of any but the first must be less by to count as much: before all data
 a triangle of point-like vertices is e² times as likely as each of the others. With 0 or 2, where data tell
@@ -139,8 +139,20 @@ def first_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) 
     return ridge
 
 
-def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float) -> Ridge:
+def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: float | None = None) -> Ridge:
     """From a first triangle to the ridge.
+
+    Parameters
+    ----------
+    patch
+        The vertices around it.
+    ridge
+        The triangle, and where it begins and ends.
+    spacing_mm
+        Distance between neighbouring vertices across it.
+    footprint_mm
+        What a vertex may be the mean over; the spacing, unless several views' vertices lie between one
+        another.
 
     Notes
     -----
@@ -151,24 +163,31 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float) -> Ridge:
     """
     inside = between(patch, (ridge.start_mm, ridge.end_mm))
     if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
-        return _averaged(inside, ridge, (_SYMMETRIC, _ALL), spacing_mm)
+        return _averaged(inside, ridge, (_SYMMETRIC, _ALL), spacing_mm, footprint_mm or spacing_mm)
     return _narrow(inside, ridge, spacing_mm)
 
 
-def _averaged(patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float) -> Ridge:
+def _averaged(
+    patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float, footprint: float
+) -> Ridge:
     """The mean over all kinds of cross-section, with ``leans`` free, by Schwarz's criterion."""
     free = np.log(max(len(patch.u_mm), 1)) * np.array([lean.sum() for lean in leans])
-    fits = _fits(patch, start, leans, _SHAPES, spacing)
+    fits = _fits(patch, start, leans, _SHAPES, spacing, footprint)
     return _mean(fits, np.add.outer(free, _PRIOR).ravel(), len(patch.u_mm))
 
 
 def _fits(
-    patch: Patch, start: Ridge, leans: Sequence[Bools], shapes: Sequence[Kind], spacing: float
+    patch: Patch,
+    start: Ridge,
+    leans: Sequence[Bools],
+    shapes: Sequence[Kind],
+    spacing: float,
+    pixel: float,
 ) -> list[Ridge]:
     """A ridge of every kind of cross-section, ``leans`` by ``leans``."""
     extent = (start.start_mm, start.end_mm)
     return [
-        _fitted(patch, start.parameters, Kind(power, footprint * spacing, blunt), free, extent, spacing)
+        _fitted(patch, start.parameters, Kind(power, footprint * pixel, blunt), free, extent, spacing)
         for free in leans
         for power, footprint, blunt in shapes
     ]
@@ -343,7 +362,7 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     )
     told = found.mean[3] >= _TELLS_SHAPES * spacing and _gap(near, summed) <= _WIDEST_GAP * found.mean[3]
     shapes = _SHAPES if told else _SHAPES[:2]
-    fits = _fits(near, summed, (_SYMMETRIC,), shapes, spacing)
+    fits = _fits(near, summed, (_SYMMETRIC,), shapes, spacing, spacing)
     if not told:  # nor whether vertices are points or means over a pixel, whatever neither explains may say
         points, means = (max(fit.height_mm, 1e-3 * summed.height_mm) for fit in fits)
         apart = abs(float(np.log(means / points)))

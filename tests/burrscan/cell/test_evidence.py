@@ -41,9 +41,30 @@ def test_the_odds_are_those_of_the_two_rates() -> None:
     # called in one look of three that would have found it: Bayes by hand
     (place,) = _joined([_call(0, burr())], SURE, SURE, SURE)
     real = 2.0 * SURE * (1.0 - SURE) ** 2
-    false = FALSE_CALLS * 3 * (5.0 / 8.0 + 3.0 / 8.0 * 0.5**2)
+    # a look without any other false call: the mean of an exponential rate that 1 / usual looks have shown
+    noise = 1.0 / (1.0 / (FALSE_CALLS * 5.0 / 8.0) + 1.0)
+    false = 3 * (noise + FALSE_CALLS * 3.0 / 8.0 * 0.5**2)
     assert place.probability == pytest.approx(real / (real + false))
     assert not place.certain
+
+
+def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
+    others = [_call(0, burr(angle)) for angle in (60.0, 100.0, 140.0, 180.0, 220.0, 260.0)]
+    chances = 0.7, 0.6, 0.6
+    (alone,) = _joined([_call(0, burr())], *chances)
+    bunch = _joined([_call(0, burr()), *others], *chances)
+    of_bunch = [place.probability for place in bunch]
+    assert alone.certain
+    assert max(of_bunch) < 0.5 * alone.probability
+    # those of another look, and one that is confirmed, are not
+    (elsewhere,) = (p for p in _joined([_call(1, burr()), *others], *chances) if p.calls[0].look == 1)
+    assert elsewhere.probability == pytest.approx(
+        _joined([_call(1, burr())], *chances)[0].probability, rel=1e-6
+    )
+    twice = [_call(0, burr()), _call(1, burr())]
+    (confirmed,) = _joined(twice, *chances)
+    (beside,) = (place for place in _joined([*twice, *others], *chances) if len(place.calls) == 2)
+    assert beside.probability == pytest.approx(confirmed.probability, rel=1e-6)
 
 
 def test_a_look_that_could_not_see_says_nothing() -> None:
