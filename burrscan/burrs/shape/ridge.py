@@ -167,9 +167,7 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: fl
     return _narrow(inside, ridge, spacing_mm)
 
 
-def _averaged(
-    patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float, footprint: float
-) -> Ridge:
+def _averaged(patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float, footprint: float) -> Ridge:
     """The mean over all kinds of cross-section, with ``leans`` free, by Schwarz's criterion."""
     free = np.log(max(len(patch.u_mm), 1)) * np.array([lean.sum() for lean in leans])
     fits = _fits(patch, start, leans, _SHAPES, spacing, footprint)
