@@ -165,12 +165,15 @@ def _posed(look: Look, outcome: Outcome) -> PosedSurface:
 
 
 def _suspect(belief: Belief, chart: Chart, place: Place, T_part_plate: Floats, views: list[Outlook]) -> None:
-    """Put a place's suspicion on the map, and what facing it is worth: half as much after each that did."""
+    """Put a place's suspicion on the map, and what facing it is worth: half as much after each that did.
+
+    A first look that faced it is what called it, or what made it suspicious.
+    """
     pose = T_part_plate @ place.burr.T_mesh_burr
     along, around = chart.cells_of(pose[None, :3, 3], within_mm=10.0)
     if along[0] >= 0:
         line = line_of(pose)
         cell = int(along[0]), int(around[0])
-        belief.suspicion[(line, *cell)] += place.suspicion
         tried = sum(bool(view.seen[cell] and view.faces[(line, *cell)]) for view in views)
+        belief.suspicion[(line, *cell)] += place.suspicion * 0.5 ** max(tried - 1, 0)
         belief.unfaced[(line, *cell)] += place.unfaced * 0.5**tried

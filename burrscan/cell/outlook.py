@@ -16,9 +16,11 @@ STEEPEST_DEG = 65.0
 ASIDE_DEG = 30.0
 """Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
 measured by what it mirrors well before: heights of such looks were two or three times too large."""
-_SHOWN_DEG = (45.0, 70.0)
-"""Up to the first, across its line, a burr is called where it is measured (40 of 41 on four wheels, two
-finishes), from the second on not: between 45 and 60 degrees 7 of 11 were, beyond 11 of 19."""
+_SHOWN_DEG = (55.0, 90.0), (45.0, 75.0)
+"""Up to the first, across its line, a burr is called where it is measured, from the second on not: with the
+baseline along it, and across it. Of 484 rendered burrs along 0.99 were called up to 55 degrees, then 0.92,
+0.69 and 0.19 in steps of ten; of 90 across all up to 45, then 0.75, 0.58, 0.17 and none (27 cells of three
+wheels)."""
 _STEPS = 48
 """Along a ray on its way out of the part."""
 _CLEAR_MM = 1.0
@@ -106,13 +108,20 @@ def outlook(
         facing(over, away[0], along[0], along[1]),
         facing(over, away[1], along[1], along[0]),
     ]
-    shows = np.stack([_shown(over, across) for across in away])
+    shows = np.stack(
+        [
+            _shown(over, away[0], along[0] >= along[1]),
+            _shown(over, away[1], along[1] >= along[0]),
+        ]
+    )
     tilt, slope = _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0])
     return Outlook(seen, tilt, slope, shows, np.stack(faces))
 
 
-def _shown(over: Floats, across: Floats) -> Floats:
-    return np.asarray(np.interp(aside_deg(over, across), _SHOWN_DEG, (1.0, 0.0)))
+def _shown(over: Floats, across: Floats, lengthways: Bools) -> Floats:
+    aside = aside_deg(over, across)
+    each = [np.interp(aside, ends, (1.0, 0.0)) for ends in _SHOWN_DEG]
+    return np.where(lengthways, *each)
 
 
 def aside_deg(over: Floats, across: Floats) -> Floats:

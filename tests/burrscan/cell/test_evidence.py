@@ -8,7 +8,7 @@ import pytest
 from burrscan.arrays import Floats
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import chart_of
-from burrscan.cell.evidence import FALSE_CALLS, Call, Place, joined
+from burrscan.cell.evidence import BLEMISHES, NOISE, Call, Place, joined
 from burrscan.inspection import Burr
 from tests.burrscan.cell.parts import axis, burr, generatrix
 
@@ -42,15 +42,15 @@ def test_the_odds_are_those_of_the_two_rates() -> None:
     (place,) = _joined([_call(0, burr())], SURE, SURE, SURE)
     real = 2.0 * SURE * (1.0 - SURE) ** 2
     # a look without any other false call: the mean of an exponential rate that 1 / usual looks have shown
-    noise = 1.0 / (1.0 / (FALSE_CALLS * 5.0 / 8.0) + 1.0)
-    false = 3 * (noise + FALSE_CALLS * 3.0 / 8.0 * 0.5**2)
+    noise = NOISE[0] / sum(NOISE) / (1.0 / sum(NOISE) + 1.0)
+    false = 3 * (noise + BLEMISHES * 0.5**2)
     assert place.probability == pytest.approx(real / (real + false))
     assert not place.certain
 
 
 def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
     others = [_call(0, burr(angle)) for angle in (60.0, 100.0, 140.0, 180.0, 220.0, 260.0)]
-    chances = 0.7, 0.6, 0.6
+    chances = 0.9, 0.5, 0.5
     (alone,) = _joined([_call(0, burr())], *chances)
     bunch = _joined([_call(0, burr()), *others], *chances)
     of_bunch = [place.probability for place in bunch]
