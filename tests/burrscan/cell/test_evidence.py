@@ -126,7 +126,16 @@ def test_looks_that_disagree_widen_the_deviation() -> None:
     assert place.burr.height_mm.sigma == pytest.approx(0.2 / np.sqrt(3.0), rel=0.05)
 
 
-def test_looks_from_aside_do_not_tell_sizes_or_sides() -> None:
+def test_two_looks_from_aside_outvote_a_faint_one_that_faces_a_burr() -> None:
+    faint = _call(0, burr(side="nick", significance=13.0))
+    aside = [_call(1, burr(significance=35.0), 56.0), _call(2, burr(significance=20.0), 63.0)]
+    (place,) = _joined([faint, *aside], SURE, SURE, SURE)
+    assert place.burr.side == "protrusion"
+    (place,) = _joined([faint, aside[0]], SURE, SURE)
+    assert place.burr.side == "nick"
+
+
+def test_one_look_from_aside_tells_neither_size_nor_side() -> None:
     faced = _call(0, burr(height_mm=1.0))
     oblique = _call(1, burr(height_mm=4.0, side="nick", sigma_mm=0.001, significance=90.0), aside_deg=64.0)
     (place,) = _joined([faced, oblique], SURE, SURE)
