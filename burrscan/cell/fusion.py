@@ -98,7 +98,8 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
-    return Fused(found, chart, belief, tuple(_sized(place, T_part_plate, clouds) for place in places))
+    places = tuple(_sized(place, found.axis, T_part_plate, clouds) for place in places)
+    return Fused(found, chart, belief, places)
 
 
 def believed(
@@ -146,11 +147,11 @@ def _call(
     return Call(look, burr, pose, float(aside_deg(over, across)), faced, along, frozenset(against))
 
 
-def _sized(place: Place, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
+def _sized(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
     """A place's burr as all looks measure it, where one is called."""
     if not place.certain:
         return place
-    burr = sized(place.burr, T_part_plate @ place.burr.T_mesh_burr, clouds)
+    burr = sized(place.burr, axis, T_part_plate @ place.burr.T_mesh_burr, clouds)
     return replace(place, burr=burr)
 
 

@@ -17,11 +17,12 @@ from burrscan.arrays import Floats
 from burrscan.burrs.describe import NO_TRIANGLE, STRETCH
 from burrscan.burrs.height import combined
 from burrscan.burrs.light.shine import walls_share
+from burrscan.burrs.pose import turned_to
 from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
 from burrscan.cell.chart import beside, line_of
-from burrscan.inspection import Burr, Value
+from burrscan.inspection import Axis, Burr, Value
 
 _BESIDE_MM = 3.0
 """Of the surface beside a base: as wide as the widest burr that is looked for, for a call may be of one
@@ -30,6 +31,13 @@ _FEWEST = 20
 """Vertices along a burr with which a look has measured it: fewer are strays."""
 _ABOVE_MM = 5.0
 """What is farther off its middle, along the normal, is another surface."""
+
+
+class _Fit(NamedTuple):
+    """Middle of the base across, height, width and area; (4,) what the fit knows of their errors."""
+
+    values: Floats
+    sigmas: Floats
 
 
 class Cloud(NamedTuple):
@@ -52,15 +60,17 @@ class Cloud(NamedTuple):
     px_mm: float
 
 
-def sized(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Burr:
-    """The burr with height, width, area and volume as all looks show them together.
+def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Burr:
+    """The burr with angle, height, width, area and volume as all looks show them together.
 
     Parameters
     ----------
     burr
         Joined of its calls.
+    axis
+        Of the part, in the burr's frame of reference.
     T_part_burr
-        (4, 4) its pose.
+        (4, 4) its pose in the part frame.
     clouds
         One per look.
 
@@ -85,22 +95,18 @@ def sized(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Burr:
     if len(patches) < 2:
         return burr
     pitch_mm = float(np.median([px_mm for patch, px_mm in looks if patch is not None]))
-    whole = _sizes(patches, burr, pitch_mm)
+    whole = _fitted(patches, burr, pitch_mm)
     if whole is None:
         return burr
-    without = [_sizes(patches[:n] + patches[n + 1 :], burr, pitch_mm) for n in range(len(patches))]
-    rest = np.array([[0.0, 0.0, 0.0] if one is None else one[:3] for one in without])
-    scatter = (len(rest) - 1) * rest.var(axis=0)
-    shared = np.hypot(NO_TRIANGLE, walls_share(burr)) * whole[:3]
-    height, width, area = (
-        combined(Value(float(value), float(np.sqrt(s))), old)
-        for value, s, old in zip(
-            whole[:3],
-            scatter + shared**2 + [whole[3] ** 2, 0.0, 0.0],
-            (burr.height_mm, burr.width_mm, burr.area_mm2),
-            strict=True,
-        )
-    )
+    without = [_fitted(patches[:n] + patches[n + 1 :], burr, pitch_mm) for n in range(len(patches))]
+    rest = np.array([np.zeros(4) if one is None else one.values for one in without])
+    share = np.hypot(NO_TRIANGLE, np.array([0.0, 1.0, 0.0, 1.0]) * walls_share(burr))
+    alike = share * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
+    sigma = np.sqrt((len(rest) - 1) * rest.var(axis=0) + alike**2 + whole.sigmas**2)
+    own = [Value(float(value), float(one)) for value, one in zip(whole.values, sigma, strict=True)]
+    called = Value(0.0, _across_mm(burr, T_part_burr)), burr.height_mm, burr.width_mm, burr.area_mm2
+    across, height, width, area = (combined(one, other) for one, other in zip(own, called, strict=True))
+    burr = turned_to(burr, _angle(T_part_burr, across), float(T_part_burr[2, 3]), axis)
     length = burr.length_mm
     volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     return replace(
@@ -110,6 +116,19 @@ def sized(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Burr:
         area_mm2=area,
         volume_mm3=Value(area.value * length.value, volume_sigma),
     )
+
+
+def _across_mm(burr: Burr, T_part_burr: Floats) -> float:
+    """Standard deviation of a burr's stated angle, as a length."""
+    return float(np.radians(burr.angle_deg.sigma) * np.hypot(*T_part_burr[:2, 3]))
+
+
+def _angle(T_part_burr: Floats, across: Value) -> Value:
+    """Angle, radians, of a place across a burr."""
+    (x, y), (dx, dy) = T_part_burr[:2, 3], T_part_burr[:2, 1]
+    r = float(np.hypot(x, y))
+    around = float(dy * x - dx * y) / r
+    return Value(float(np.arctan2(y, x)) + around * across.value / r, across.sigma / r)
 
 
 def _near(burr: Burr, T_part_burr: Floats, cloud: Cloud) -> Patch | None:
@@ -124,8 +143,8 @@ def _near(burr: Burr, T_part_burr: Floats, cloud: Cloud) -> Patch | None:
     return Patch(u[near], v[near], burr.sign * cloud.deviation_mm[near], sigma)
 
 
-def _sizes(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> Floats | None:
-    """(4,) height, width, area, and the height's standard deviation by the fit; None where nothing rises."""
+def _fitted(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> _Fit | None:
+    """The ridge of the vertices of several looks; None where nothing rises."""
     u, v, lift, sigma = (
         np.concatenate(each)
         for each in zip(*((p.u_mm, p.v_mm, p.lift_mm, p.sigma_mm) for p in patches), strict=True)
@@ -138,4 +157,8 @@ def _sizes(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> Floats | No
     ridge = fit_ridge(patch, first, spacing_mm=spacing_mm, footprint_mm=pitch_mm)
     height, height_sigma = height_of(patch, ridge, least_mm=STRETCH * spacing_mm)
     area = ridge.fullness * ridge.height_mm * ridge.width_mm
-    return np.array([height, ridge.width_mm, area, np.hypot(height_sigma, ridge.open_mm)])
+    across_sigma = ridge.sigma_of([0.0, 1.0, 0.0, 0.0, ridge.parameters[3]])
+    return _Fit(
+        np.array([ridge.base_middle_mm(0.0), height, ridge.width_mm, area]),
+        np.array([across_sigma, np.hypot(height_sigma, ridge.open_mm), 0.0, 0.0]),
+    )

@@ -12,7 +12,7 @@ from burrscan.arrays import Floats
 from burrscan.cell.chart import beside, walked
 from burrscan.cell.sizes import Cloud, sized
 from burrscan.inspection import Burr, Value
-from tests.burrscan.cell.parts import RADIUS_MM, burr
+from tests.burrscan.cell.parts import RADIUS_MM, axis, burr
 
 _PX_MM = 0.5
 _WIDTH_MM = 1.6
@@ -59,7 +59,7 @@ def _pose(called: Burr) -> Floats:
 @pytest.mark.parametrize(("section", "width_mm"), [(_flat_topped, 1.6), (_triangle, 1.6)])
 def test_looks_together_show_a_section(section: Section, width_mm: float) -> None:
     called = _called(0.9, 0.3)
-    found = sized(called, _pose(called), [_cloud(n, 0.6, section=section) for n in range(5)])
+    found = sized(called, axis(), _pose(called), [_cloud(n, 0.6, section=section) for n in range(5)])
     assert found.height_mm.value == pytest.approx(0.6, abs=0.04)
     assert found.height_mm.sigma < 0.06
     assert found.width_mm.value == pytest.approx(width_mm, abs=0.2)
@@ -71,7 +71,7 @@ def test_looks_together_show_a_section(section: Section, width_mm: float) -> Non
 def test_each_look_may_see_one_flank_only() -> None:
     called = _called(0.5, 0.4)
     looks = [_cloud(n, 1.4, section=_triangle, flank=1 if n % 2 else -1) for n in range(4)]
-    found = sized(called, _pose(called), looks)
+    found = sized(called, axis(), _pose(called), looks)
     assert found.height_mm.value == pytest.approx(1.4, abs=0.08)
 
 
@@ -84,28 +84,37 @@ def test_what_a_look_errs_by_is_shared_by_its_vertices() -> None:
             _cloud(10 * trial + n, 0.8, section=_triangle, scale=1.0 + 0.1 * rng.normal()) for n in range(4)
         ]
         called = _called(0.8, 30.0)  # which says nothing
-        found = sized(called, _pose(called), looks)
+        found = sized(called, axis(), _pose(called), looks)
         pulls.append((found.height_mm.value - 0.8) / found.height_mm.sigma)
     # 24 pulls of a jackknife over four looks, which is Student's with three degrees of freedom: its
     # median size is 0.76, with a deviation of 0.17 for 24; the fit alone would state a fifth as much
     assert 0.76 - 3.0 * 0.17 < np.median(np.abs(pulls)) < 0.76 + 3.0 * 0.17
 
 
+def test_the_middle_of_a_burr_is_between_all_looks_rows() -> None:
+    """A call that is 0.4 mm off across, and says so; the burr is turned to where the looks see it."""
+    called = replace(burr(across_mm=0.4), angle_deg=Value(float(np.degrees(0.4 / RADIUS_MM)), 0.3))
+    found = sized(called, axis(), _pose(called), [_cloud(n, 0.8, section=_triangle) for n in range(5)])
+    assert found.angle_deg.value * np.radians(RADIUS_MM) == pytest.approx(0.0, abs=0.03)
+    assert found.angle_deg.sigma * np.radians(RADIUS_MM) < 0.1
+    assert np.degrees(np.arctan2(*found.T_mesh_burr[1::-1, 3])) == pytest.approx(found.angle_deg.value)
+
+
 def test_what_was_called_keeps_its_weight() -> None:
     looks = [_cloud(n, 0.8, section=_triangle) for n in range(3)]
     sure = _called(0.7, 0.001)
-    assert sized(sure, _pose(sure), looks).height_mm.value == pytest.approx(0.7, abs=0.005)
+    assert sized(sure, axis(), _pose(sure), looks).height_mm.value == pytest.approx(0.7, abs=0.005)
 
 
 def test_one_look_and_a_burr_around_the_axis_stay_as_they_are() -> None:
     called = _called(0.7, 0.1)
-    assert sized(called, _pose(called), [_cloud(0, 0.8)]) is called
+    assert sized(called, axis(), _pose(called), [_cloud(0, 0.8)]) is called
     away = _cloud(1, 0.8)
     turned = away.points_mm * [-1.0, -1.0, 1.0]
-    assert sized(called, _pose(called), [_cloud(0, 0.8), away._replace(points_mm=turned)]) is called
+    assert sized(called, axis(), _pose(called), [_cloud(0, 0.8), away._replace(points_mm=turned)]) is called
     around = _pose(called)
     around[:3, :3] = np.stack([-around[:3, 1], around[:3, 0], around[:3, 2]], axis=1)
-    assert sized(called, around, [_cloud(n, 0.8) for n in range(3)]) is called
+    assert sized(called, axis(), around, [_cloud(n, 0.8) for n in range(3)]) is called
 
 
 @pytest.mark.parametrize("turned", [False, True])
