@@ -83,8 +83,9 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     off = (depth.value - told.value) / told.sigma
     bounced = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
     doubtful = (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS)
-    if doubtful and share <= _HIDDEN and 0.0 < place.seen_mm < max(depth.value, told.value):
-        height = _seen(place, told)
+    seen_mm = place.seen_mm(burr.sign)
+    if doubtful and share <= _HIDDEN and 0.0 < seen_mm < max(depth.value, told.value):
+        height = _seen(seen_mm, place, told)
     else:
         part = _PARTLY * place.lit * max(depth.value, told.value)
         missed = share * told.sigma if share > _MUCH else 0.0
@@ -135,10 +136,9 @@ def _told(place: Place, surface: Unrolled, *, side: int) -> Value:
     return Value(HEIGHT_PER_WIDTH * width, float(np.hypot(_HEIGHT_SIGMA * width, HEIGHT_PER_WIDTH * counted)))
 
 
-def _seen(place: Place, told: Value) -> Value:
+def _seen(seen_mm: float, place: Place, told: Value) -> Value:
     """The height that the depths of a place show, less sure where it is lit from aside."""
-    lit_mm = _PARTLY * place.lit * told.value
-    return Value(place.seen_mm, float(np.hypot(_SEEN_SIGMA * place.seen_mm, lit_mm)))
+    return Value(seen_mm, float(np.hypot(_SEEN_SIGMA * seen_mm, _PARTLY * place.lit * told.value)))
 
 
 def _unseen(place: Place, told: Value) -> Value:
@@ -147,9 +147,10 @@ def _unseen(place: Place, told: Value) -> Value:
     Light that bounced between burr and wheel looks farther from the surface than what it came from, so depths
     that stay below what the light lets expect came directly.
     """
-    if place.hidden > _HIDDEN or not 0.0 < place.seen_mm < told.value:
+    seen_mm = place.seen_mm(place.side)
+    if place.hidden > _HIDDEN or not 0.0 < seen_mm < told.value:
         return told
-    seen = _seen(place, told)
+    seen = _seen(seen_mm, place, told)
     return combined(seen, told) if place.lit > 0.0 else seen
 
 

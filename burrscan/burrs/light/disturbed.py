@@ -122,10 +122,9 @@ class Place:
         """Share of its cells without depth."""
         return self.unmeasured / max(self.above + self.below + self.unmeasured, 1)
 
-    @property
-    def seen_mm(self) -> float:
-        """Height that its depths show on its side."""
-        return self.crest_mm if self.side > 0 else self.floor_mm
+    def seen_mm(self, side: int) -> float:
+        """Height that its depths show on a side."""
+        return self.crest_mm if side > 0 else self.floor_mm
 
     @property
     def side(self) -> int:
