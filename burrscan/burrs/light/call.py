@@ -74,10 +74,10 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
     height is above what is told of the place without it, and no burr of that height explains what is seen
     nearly as well as others do, what a fifth of the place's depths exceed is its height, if all of it has
-    depths: what bounced is not most of them, and what is told is as often wrong as the depth, for flanks of
-    another finish and rolled ones are none of those laid beside it. Else depth and light have little in
-    common, and each has its weight; where much of the place has no depth, that of the depth is less by the
-    part of it that nobody measured. O(cells).
+    depths: what bounced is not most of them. What is told is as often wrong as the depth, for flanks of
+    another finish and rolled ones are none of those laid beside it; so it has its weight only where it is
+    surer than those depths. Else depth and light have little in common, and each has its weight; where much
+    of the place has no depth, that of the depth is less by the part of it that nobody measured. O(cells).
     """
     told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
@@ -86,6 +86,8 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     seen_mm = place.seen_mm(burr.sign)
     if doubtful and share <= _HIDDEN and 0.0 < seen_mm < max(depth.value, told.value):
         height = _seen(seen_mm, place, told)
+        if told.sigma < _SEEN_SIGMA * told.value:
+            height = combined(height, told)
     else:
         part = _PARTLY * place.lit * max(depth.value, told.value)
         missed = share * told.sigma if share > _MUCH else 0.0
