@@ -265,7 +265,12 @@ STEPS: tuple[Step, ...] = (
     Step(
         "heights that depths show below those told",
         "burrs",
-        {"burrscan.burrs.light.call:_seen": lambda _, told: told},
+        {"burrscan.burrs.light.call:_unseen": lambda _, told: told},
+    ),
+    Step(
+        "contradicted heights from the depths of the place",
+        "burrs",
+        {"burrscan.burrs.light.call:_seen": lambda _, __, told: told},
     ),
     Step(
         "heights doubted where little was measured", "burrs", {f"{_RESIDUAL}:doubted": lambda burr, *_: burr}
