@@ -20,21 +20,24 @@ def share_around(burr: Burr, axis: Axis) -> float:
 
 def turned_to(burr: Burr, angle_rad: Value, z_mm: float, axis: Axis) -> Burr:
     """A burr that runs along the axis, turned about it until it is at an angle where z is so many mm."""
-    T_part = T_part_mesh(axis.point_mm, axis.direction)
-    pose = T_part @ burr.T_mesh_burr
+    pose = T_part_mesh(axis.point_mm, axis.direction) @ burr.T_mesh_burr
     (x, y, z), along = pose[:3, 3], pose[:3, 0]
     lean = float((along[1] * x - along[0] * y) / along[2] * (z_mm - z) / (x * x + y * y))
     turn = turn_rad(float(angle_rad.value - np.arctan2(y, x) - lean))
-    cos, sin = np.cos(turn), np.sin(turn)
+    return turned_by(burr, Value(turn, angle_rad.sigma), axis)
+
+
+def turned_by(burr: Burr, turn_rad: Value, axis: Axis) -> Burr:
+    """A burr turned about the axis; the turn's standard deviation is that of its angle then."""
+    T_part = T_part_mesh(axis.point_mm, axis.direction)
+    cos, sin = np.cos(turn_rad.value), np.sin(turn_rad.value)
     T_turned = np.eye(4)
     T_turned[:2, :2] = [[cos, -sin], [sin, cos]]
+    angle = turn_deg(burr.angle_deg.value + float(np.degrees(turn_rad.value)))
     return replace(
         burr,
-        angle_deg=Value(
-            turn_deg(burr.angle_deg.value + float(np.degrees(turn))),
-            float(np.degrees(angle_rad.sigma)),
-        ),
-        T_mesh_burr=np.linalg.inv(T_part) @ T_turned @ pose,
+        angle_deg=Value(angle, float(np.degrees(turn_rad.sigma))),
+        T_mesh_burr=np.linalg.inv(T_part) @ T_turned @ T_part @ burr.T_mesh_burr,
     )
 
 

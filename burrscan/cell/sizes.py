@@ -17,7 +17,7 @@ from burrscan.arrays import Floats
 from burrscan.burrs.describe import NO_TRIANGLE, STRETCH
 from burrscan.burrs.height import combined
 from burrscan.burrs.light.shine import walls_share
-from burrscan.burrs.pose import turned_to
+from burrscan.burrs.pose import turned_by
 from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
@@ -104,9 +104,13 @@ def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) 
     alike = share * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
     sigma = np.sqrt((len(rest) - 1) * rest.var(axis=0) + alike**2 + whole.sigmas**2)
     own = [Value(float(value), float(one)) for value, one in zip(whole.values, sigma, strict=True)]
-    called = Value(0.0, _across_mm(burr, T_part_burr)), burr.height_mm, burr.width_mm, burr.area_mm2
+    (x, y), (dx, dy) = T_part_burr[:2, 3], T_part_burr[:2, 1]
+    r_mm = float(np.hypot(x, y))
+    angle = Value(0.0, float(np.radians(burr.angle_deg.sigma)) * r_mm)
+    called = angle, burr.height_mm, burr.width_mm, burr.area_mm2
     across, height, width, area = (combined(one, other) for one, other in zip(own, called, strict=True))
-    burr = turned_to(burr, _angle(T_part_burr, across), float(T_part_burr[2, 3]), axis)
+    sense = 1.0 if dy * x > dx * y else -1.0  # across a burr along the generatrix is around, or back
+    burr = turned_by(burr, Value(sense * across.value / r_mm, across.sigma / r_mm), axis)
     length = burr.length_mm
     volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     return replace(
@@ -116,19 +120,6 @@ def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) 
         area_mm2=area,
         volume_mm3=Value(area.value * length.value, volume_sigma),
     )
-
-
-def _across_mm(burr: Burr, T_part_burr: Floats) -> float:
-    """Standard deviation of a burr's stated angle, as a length."""
-    return float(np.radians(burr.angle_deg.sigma) * np.hypot(*T_part_burr[:2, 3]))
-
-
-def _angle(T_part_burr: Floats, across: Value) -> Value:
-    """Angle, radians, of a place across a burr."""
-    (x, y), (dx, dy) = T_part_burr[:2, 3], T_part_burr[:2, 1]
-    r = float(np.hypot(x, y))
-    around = float(dy * x - dx * y) / r
-    return Value(float(np.arctan2(y, x)) + around * across.value / r, across.sigma / r)
 
 
 def _near(burr: Burr, T_part_burr: Floats, cloud: Cloud) -> Patch | None:

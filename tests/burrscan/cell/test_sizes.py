@@ -100,6 +100,23 @@ def test_the_middle_of_a_burr_is_between_all_looks_rows() -> None:
     assert np.degrees(np.arctan2(*found.T_mesh_burr[1::-1, 3])) == pytest.approx(found.angle_deg.value)
 
 
+def test_a_ridge_on_an_end_face_is_measured_like_one_on_the_outside() -> None:
+    """Radial at 60 mm, the face at z = 30 mm: it runs along the generatrix, and nowhere along the axis."""
+    looks = []
+    for cloud in (_cloud(n, 0.8, section=_triangle) for n in range(4)):
+        x, y, z = cloud.points_mm.T
+        across, lift = RADIUS_MM * np.arctan2(y, x), np.hypot(x, y) - RADIUS_MM
+        turn, r = across / 60.0, z + 40.0
+        looks.append(cloud._replace(points_mm=np.stack([r * np.cos(turn), r * np.sin(turn), 30.0 + lift], 1)))
+    called = _called(0.5, 0.4)
+    pose = np.eye(4)
+    pose[:3, 3] = 60.0, 0.0, 30.0
+    found = sized(replace(called, T_mesh_burr=pose), axis(), pose, looks)
+    assert found.height_mm.value == pytest.approx(0.8, abs=0.05)
+    assert np.isfinite(found.T_mesh_burr).all()
+    assert found.angle_deg.value == pytest.approx(0.0, abs=0.05)
+
+
 def test_what_was_called_keeps_its_weight() -> None:
     looks = [_cloud(n, 0.8, section=_triangle) for n in range(3)]
     sure = _called(0.7, 0.001)
