@@ -48,6 +48,17 @@ def test_the_odds_are_those_of_the_two_rates() -> None:
     assert not place.certain
 
 
+def test_a_call_across_the_baseline_is_believed_less_until_another_confirms_it() -> None:
+    chances = SURE, SURE
+    (along,), (across,) = (_joined([_call(0, burr(), along=way)], *chances) for way in (True, False))
+    odds = [place.probability / (1.0 - place.probability) for place in (along, across)]
+    rest = BLEMISHES * 0.5
+    noise = [one / sum(NOISE) / (1.0 / sum(NOISE) + 1.0) for one in NOISE]
+    assert odds[0] / odds[1] == pytest.approx((noise[1] + rest) / (noise[0] + rest))
+    (twice,) = _joined([_call(n, burr(), along=False) for n in range(2)], *chances)
+    assert twice.probability > 0.95
+
+
 def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
     others = [_call(0, burr(angle)) for angle in (60.0, 100.0, 140.0, 180.0, 220.0, 260.0)]
     chances = 0.9, 0.5, 0.5

@@ -131,3 +131,19 @@ def test_a_look_faces_what_it_sees_from_less_than_30_degrees_aside_with_the_base
     # and the other way round for a line around the axis, which a level camera sees from hardly aside
     assert across[1][aside < 60.0].all()
     assert not along[1].any()
+
+
+def test_a_burr_is_called_from_further_aside_with_the_baseline_along_it(stepped: Chart) -> None:
+    """At 50, 60, 70 and 80 degrees as often as 575 rendered ones were, to a tenth."""
+    row = 5
+    aside = np.minimum(stepped.angles, 2.0 * np.pi - stepped.angles)
+    seen_from = np.degrees(np.arctan2(600.0 * np.sin(aside), 600.0 * np.cos(aside) - RADIUS_MM))
+    rolled = np.eye(4)
+    rolled[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
+    for turn, called in ((rolled, (1.0, 0.92, 0.69, 0.26)), (np.eye(4), (0.83, 0.58, 0.17, 0.0))):
+        shows = outlook(stepped, rig(), turn @ facing(0.0), stepped.angles).shows[0, row]
+        assert (shows[seen_from < 44.0] == 1.0).all()
+        for angle, share in zip((50.0, 60.0, 70.0, 80.0), called, strict=True):
+            cell = int(np.argmin(np.abs(seen_from - angle)))
+            assert shows[cell] == pytest.approx(share, abs=0.13), angle
+        assert not shows[seen_from > 92.0].any()
