@@ -91,9 +91,12 @@ def test_what_a_look_errs_by_is_shared_by_its_vertices() -> None:
     assert 0.76 - 3.0 * 0.17 < np.median(np.abs(pulls)) < 0.76 + 3.0 * 0.17
 
 
-def test_the_middle_of_a_burr_is_between_all_looks_rows() -> None:
+@pytest.mark.parametrize("downwards", [False, True])
+def test_the_middle_of_a_burr_is_between_all_looks_rows(*, downwards: bool) -> None:
     """A call that is 0.4 mm off across, and says so; the burr is turned to where the looks see it."""
     called = replace(burr(across_mm=0.4), angle_deg=Value(float(np.degrees(0.4 / RADIUS_MM)), 0.3))
+    if downwards:  # its line has no sense
+        called = replace(called, T_mesh_burr=_pose(called) @ np.diag([-1.0, -1.0, 1.0, 1.0]))
     found = sized(called, axis(), _pose(called), [_cloud(n, 0.8, section=_triangle) for n in range(5)])
     assert found.angle_deg.value * np.radians(RADIUS_MM) == pytest.approx(0.0, abs=0.03)
     assert found.angle_deg.sigma * np.radians(RADIUS_MM) < 0.1
@@ -115,6 +118,26 @@ def test_a_ridge_on_an_end_face_is_measured_like_one_on_the_outside() -> None:
     assert found.height_mm.value == pytest.approx(0.8, abs=0.05)
     assert np.isfinite(found.T_mesh_burr).all()
     assert found.angle_deg.value == pytest.approx(0.0, abs=0.05)
+
+
+def test_what_all_looks_share_is_in_what_is_stated() -> None:
+    """Looks that agree to a hair: no section is a triangle to better than 2 %, and nicks light themselves."""
+    looks = [_cloud(n, 0.8, section=_triangle) for n in range(8)]
+    called = _called(0.8, 30.0)
+    sigma = sized(called, axis(), _pose(called), looks).height_mm.sigma
+    assert 0.02 * 0.8 <= sigma < 0.05
+    nick = replace(called, side="nick")
+    dented = [look._replace(deviation_mm=-look.deviation_mm) for look in looks]
+    assert sized(nick, axis(), _pose(nick), dented).height_mm.sigma > 3.0 * sigma
+
+
+def test_rows_of_several_looks_resolve_a_burr_hardly_wider_than_a_pixel() -> None:
+    """0.9 mm wide at half a millimetre a pixel: eight looks show it to 3 %, as one row in sixteen would."""
+    narrow = [_cloud(n, 0.8, section=lambda across: _triangle(across * 1.6 / 0.9)) for n in range(8)]
+    called = _called(0.5, 0.4)
+    found = sized(called, axis(), _pose(called), narrow)
+    assert found.width_mm.value == pytest.approx(0.9, abs=0.12)
+    assert found.height_mm.value == pytest.approx(0.8, abs=0.08)
 
 
 def test_what_was_called_keeps_its_weight() -> None:
