@@ -53,7 +53,8 @@ def _look(number: int, angle_deg: float, called: Burr) -> Look:
     )
     seen = replace(called, T_mesh_burr=T_camera_part @ called.T_mesh_burr)
     inspection = Inspection(axis(), generatrix(step=True), (seen,), np.eye(4), np.zeros(0))
-    return Look(number, np.linalg.inv(T_camera_part), Outcome(cast(Any, None), surface, inspection))
+    T_part_camera = np.asarray(np.linalg.inv(T_camera_part), float)
+    return Look(number, T_part_camera, Outcome(cast(Any, None), surface, inspection))
 
 
 def test_a_burr_that_is_called_is_measured_by_all_looks() -> None:
