@@ -73,18 +73,22 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
 
     Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
     height is above what is told of the place without it, and no burr of that height explains what is seen
-    nearly as well as others do, what a fifth of the place's depths exceed is its height, if all of it has
-    depths: what bounced is not most of them. What is told is as often wrong as the depth, for flanks of
-    another finish and rolled ones are none of those laid beside it; so it has its weight only where it is
-    surer than those depths. Else depth and light have little in common, and each has its weight; where much
-    of the place has no depth, that of the depth is less by the part of it that nobody measured. O(cells).
+    nearly as well as others do, it takes the height told. So it does where much of the place has no depth and
+    its height contradicts the one told; where it does not, its sigma grows by the part of the place that
+    nobody measured. What is then left of depth and light has little in common, and each has its weight.
+
+    With the baseline along the burr what bounced off its flanks leaves the plane of the rays, and passes for
+    no depth that all rows share: see :func:`_lengthways`. O(cells).
     """
     told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
     bounced = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
     doubtful = (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS)
+    lengthways = doubtful and _lengthways(place, surface)
+    if doubtful and not lengthways:
+        return with_height(burr, told, share=told.sigma / told.value)
     seen_mm = place.seen_mm(burr.sign)
-    if doubtful and share <= _HIDDEN and 0.0 < seen_mm < max(depth.value, told.value):
+    if lengthways and share <= _HIDDEN and 0.0 < seen_mm < max(depth.value, told.value):
         height = _seen(seen_mm, place, told)
         if told.sigma < _SEEN_SIGMA * told.value:
             height = combined(height, told)
@@ -96,6 +100,22 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
             height = combined(height, told)
     more = max(height.sigma**2 - depth.sigma**2, 0.0)
     return with_height(burr, height, share=float(np.sqrt(more)) / height.value)
+
+
+def _lengthways(place: Place, surface: Unrolled) -> bool:
+    """Whether the baseline lies along a place that runs along the axis, rather than across it.
+
+    Of 74 rendered burrs across it whose height the light contradicts the fit is 2.0 times as high as the burr
+    in the median, and what is told 1.1; of 15 along it the fit is 1.2, what is told 0.5, and what a fifth of
+    the place's depths exceed 0.9. Ridges are laid beside a place in the plane across it, where the projector
+    then is not.
+    """
+    rows, columns = np.nonzero(place.cells)
+    row, angle = int(np.median(rows)), float(surface.angle[columns].mean())
+    baseline, (nz, nr) = surface.projector_mm - surface.camera_mm, surface.normal[row]
+    outward = baseline[0] * np.cos(angle) + baseline[1] * np.sin(angle)
+    around = baseline[1] * np.cos(angle) - baseline[0] * np.sin(angle)
+    return bool(abs(nr * baseline[2] - nz * outward) >= abs(around))
 
 
 def placed(burr: Burr, place: Place, surface: Unrolled, axis: Axis, *, mirrored: float) -> Burr:

@@ -156,24 +156,24 @@ def test_a_height_at_a_place_with_holes_is_doubted() -> None:
     told = burr.height_mm
     share = place.unmeasured / (place.above + place.below + place.unmeasured)
     assert share > 0.5
-    # by its width alone, one that contradicts it is as doubtful as one that does not is sure
-    by_width = called(replace(place, told=None), surface, scene.axis).height_mm
-    agrees, differs = (by_width.value + off * by_width.sigma for off in (1.5, 2.1))
-    blind = replace(place, told=None)
-    alone = doubted(_like(burr, height_mm=Value(agrees, 0.01)), blind, surface).height_mm
-    assert alone.value == agrees
-    assert alone.sigma == pytest.approx(np.hypot(0.01, share * by_width.sigma))
-    assert doubted(_like(burr, height_mm=Value(differs, 0.01)), blind, surface).height_mm.value < differs
-    # two that know nothing of each other, of errors share * sigma and sigma, and so many sigmas apart
-    for off in (-2.1, 1.5, 2.1):
-        deep = _like(burr, height_mm=Value(told.value + off * told.sigma, 0.01))
-        both = doubted(deep, place, surface).height_mm
-        assert (both.value - told.value) / told.sigma == pytest.approx(off / (1.0 + share**2), rel=0.01)
-        each, between = share**2 / (1.0 + share**2), (off * share / (1.0 + share**2)) ** 2
-        assert both.sigma / told.sigma == pytest.approx(np.sqrt(each + between), rel=0.01)
+    # one that contradicts the width takes the height that the width tells; one that agrees keeps its own
+    for value in (told.value - 2.1 * told.sigma, told.value + 2.1 * told.sigma):
+        again = doubted(_like(burr, height_mm=Value(value, 0.01)), place, surface)
+        assert again.height_mm == told
+    value = told.value + 1.5 * told.sigma
+    deep = _like(burr, height_mm=Value(value, 0.01))
+    alone = doubted(deep, replace(place, told=None), surface).height_mm
+    assert alone.value == value
+    told_by_width = called(replace(place, told=None), surface, scene.axis).height_mm
+    assert alone.sigma == pytest.approx(np.hypot(0.01, share * told_by_width.sigma))
+    # two that know nothing of each other, of errors share * sigma and sigma, and 1.5 sigma apart
+    both = doubted(deep, place, surface).height_mm
+    assert (both.value - told.value) / told.sigma == pytest.approx(1.5 / (1.0 + share**2), rel=0.01)
+    each, between = share**2 / (1.0 + share**2), (1.5 * share / (1.0 + share**2)) ** 2
+    assert both.sigma / told.sigma == pytest.approx(np.sqrt(each + between), rel=0.01)
 
 
-def test_a_height_that_is_light_bounced_is_what_most_of_the_place_shows() -> None:
+def test_a_height_that_is_light_bounced_is_told_anew() -> None:
     """Only where it is higher than the model's, and contradicted by it: a likelihood ratio of two sigmas."""
     scene = Scene()
     bright_line(scene, at=(-15.0, -10.0, 20.0))
@@ -181,35 +181,51 @@ def test_a_height_that_is_light_bounced_is_what_most_of_the_place_shows() -> Non
     assert place.unmeasured == 0
     widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
     heights = widths[:, None] * aspects
+    misfits = np.log(heights / 1.0) ** 2 / 0.2**2  # of nicks: 1 mm deep to 20 %
     nowhere = np.zeros(2), np.zeros((2, 2))
-
-    def as_told(share: float) -> Place:
-        misfits = np.log(heights / 1.0) ** 2 / share**2  # of nicks: 1 mm deep to a share of it
-        return replace(place, told=Told(widths, aspects, np.stack([misfits + 50.0, misfits]), *nowhere))
-
-    told = as_told(0.2)
+    told = replace(place, told=Told(widths, aspects, np.stack([misfits + 50.0, misfits]), *nowhere))
     assert told.side == -1
-    told = replace(told, crest_mm=0.2, floor_mm=1.3)  # of nicks what a fifth is below, as the fit is not
     for high, bounced in ((3.0, True), (1.8, True), (1.3, False), (0.3, False)):
         depth = Value(high, 0.01)
         again = doubted(_like(burr, height_mm=depth), told, surface).height_mm
         if bounced:
-            assert 1.05 < again.value < 1.2  # told 1.0 to a fifth, and 1.3 to three tenths of it
-            assert 0.15 < again.sigma < 0.3
-            # with holes, or nothing on that side, nobody knows: both have their weight
-            for other in (replace(told, unmeasured=place.below), replace(told, floor_mm=np.nan)):
-                open_ = doubted(_like(burr, height_mm=Value(high, 0.3)), other, surface).height_mm
-                assert 1.0 < open_.value < high
-                assert open_.sigma > 0.2
-            # what is told worse than depths show it does not count
-            vague = replace(as_told(0.4), crest_mm=0.2, floor_mm=1.3)
-            height = doubted(_like(burr, height_mm=Value(4.0, 0.01)), vague, surface).height_mm
-            assert height.value == 1.3
-            assert height.sigma == pytest.approx(0.3 * 1.3)
+            assert again.value == pytest.approx(1.0, abs=0.1)
+            assert 0.1 < again.sigma < 0.3
         else:  # a hundredth of a millimetre outweighs what the light tells
             assert again.value == pytest.approx(high, abs=0.01)
             assert again.sigma < 0.05
         assert doubted(_like(burr, height_mm=depth), replace(place, told=None), surface).height_mm == depth
+
+
+def test_along_the_baseline_a_contradicted_height_is_what_most_of_the_place_shows() -> None:
+    """What is told has its weight where it is surer than that; holes leave the depth its own."""
+    scene = Scene()
+    bright_line(scene, at=(-15.0, -10.0, 20.0))
+    surface, place, burr = seen(scene)
+    along = replace(surface, projector_mm=surface.camera_mm + [0.0, 0.0, 200.0])
+    widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
+    heights = widths[:, None] * aspects
+    nowhere = np.zeros(2), np.zeros((2, 2))
+
+    def as_told(share: float, **values: float) -> Place:
+        misfits = np.log(heights / 1.0) ** 2 / share**2  # of nicks: 1 mm deep to a share of it
+        told = Told(widths, aspects, np.stack([misfits + 50.0, misfits]), *nowhere)
+        return replace(place, told=told, crest_mm=0.2, floor_mm=1.3, **values)  # type: ignore[arg-type]
+
+    deep = _like(burr, height_mm=Value(4.0, 0.3))
+    vague = doubted(deep, as_told(0.4), along).height_mm
+    assert (vague.value, vague.sigma) == pytest.approx((1.3, 0.3 * 1.3))
+    sure = doubted(deep, as_told(0.1), along).height_mm
+    assert sure.value == pytest.approx(1.0, abs=0.1)
+    assert 0.05 < sure.sigma < 0.2
+    holes = doubted(deep, as_told(0.1, unmeasured=place.below), along).height_mm
+    nothing = doubted(deep, replace(as_told(0.1), floor_mm=np.nan), along).height_mm
+    for both in (holes, nothing):
+        assert sure.value < both.value < 4.0
+        assert both.sigma > 0.3
+    # across it the height told is taken
+    across = doubted(deep, as_told(0.4), surface).height_mm
+    assert across.value < 1.25
 
 
 def test_where_the_depth_decides_the_side_the_light_is_asked_for_that_side() -> None:
@@ -225,16 +241,12 @@ def test_where_the_depth_decides_the_side_the_light_is_asked_for_that_side() -> 
     told = Told(widths, aspects, misfits, centres, at)
     high = _like(burr, height_mm=Value(5.0, 0.1), angle_deg=Value(burr.angle_deg.value, 0.1))
     for standing in (0.1, -0.1):
-        open_place = replace(place, told=told, aside=standing, above=5, below=5, crest_mm=1.7, floor_mm=0.4)
+        open_place = replace(place, told=told, aside=standing, above=5, below=5)
         assert open_place.undecided
         for side, height, centre in (("protrusion", 2.0, 8), ("nick", 0.5, 2)):
             one = replace(high, side=side)  # type: ignore[arg-type]
             again = doubted(one, open_place, surface)
             assert again.height_mm.value == pytest.approx(height, rel=0.1)
-            # without depths on its side: as likely as the height told for that side makes it
-            unseen = replace(open_place, crest_mm=np.nan, floor_mm=np.nan)
-            vague = doubted(_like(one, height_mm=Value(5.0, 50.0)), unseen, surface)
-            assert vague.height_mm.value == pytest.approx(height, rel=0.1)
             moved = placed(one, open_place, surface, scene.axis, mirrored=1.0)
             assert moved.angle_deg.value == pytest.approx(np.degrees(centres[centre]), abs=0.05)
 
