@@ -202,7 +202,7 @@ def test_along_the_baseline_a_contradicted_height_is_what_most_of_the_place_show
     scene = Scene()
     bright_line(scene, at=(-15.0, -10.0, 20.0))
     surface, place, burr = seen(scene)
-    along = replace(surface, projector_mm=surface.camera_mm + [0.0, 0.0, 200.0])
+    along = replace(surface, projector_mm=surface.camera_mm + np.array([0.0, 0.0, 200.0]))
     widths, aspects = np.geomspace(1.0, 3.0, 12), np.geomspace(0.06, 2.4, 40)
     heights = widths[:, None] * aspects
     nowhere = np.zeros(2), np.zeros((2, 2))
