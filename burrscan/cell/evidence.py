@@ -241,10 +241,10 @@ def _probabilities(told: Sequence[_Told], looks: int) -> Floats:
     calls is probably false makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section
     2.6), round by round until they agree.
     """
-    real, count, lone, along = (
-        np.array([one[at] for one in told], kind)
-        for at, kind in ((0, float), (2, float), (3, np.int64), (4, np.bool_))
-    )
+    real = np.array([one.real for one in told])
+    count = np.array([one.looks for one in told], float)
+    lone = np.array([one.lone for one in told], np.int64)
+    along = np.array([one.along for one in told], np.bool_)
     share = np.where(lone >= 0, np.where(along, *NOISE) / sum(NOISE), 0.0)
     noise, blemish = share * sum(NOISE), BLEMISHES * 0.5 ** (count - 1.0)
     probability: Floats = np.zeros(len(told))
