@@ -9,6 +9,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.edges import SHARP, normals_at, on_edge
 from burrscan.burrs.field import Field
+from burrscan.burrs.height import volume
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.crest import crest_of, with_tip
@@ -222,7 +223,6 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, 
     end_sigma = 0.4 * field.spacing_mm
     length = Value(ridge.end_mm - ridge.start_mm, end_sigma * np.sqrt(2.0))
     area = _area(ridge)
-    volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     angle, vertex = _middle(site, ridge, frame, field.spacing_mm)
     z_low, z_high = _reach_z(field, site, frame, ridge, vertex)
     return Burr(
@@ -234,7 +234,7 @@ def _burr(field: Field, site: Site, ridge: Ridge, frame: _Frame, height: Value, 
         width_mm=Value(ridge.width_mm, ridge.sigma_of([0, 0, 0, 2, 0])),
         length_mm=length,
         area_mm2=area,
-        volume_mm3=Value(area.value * length.value, volume_sigma),
+        volume_mm3=volume(area, length),
         T_mesh_burr=pose_on_surface(
             field.foot[vertex], field.normal[vertex], float(angle.value), frame.direction, axis
         ),
@@ -276,7 +276,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
 def _area(ridge: Ridge) -> Value:
     """Cross-section area."""
     h, w, full = ridge.height_mm, ridge.width_mm, ridge.fullness
-    return Value(full * h * w, full * ridge.sigma_of([w, 0, 0, 2.0 * h, 0]))
+    return Value(ridge.area_mm2, full * ridge.sigma_of([w, 0, 0, 2.0 * h, 0]))
 
 
 def _middle(site: Site, ridge: Ridge, frame: _Frame, spacing: float) -> tuple[Value, int]:

@@ -30,6 +30,12 @@ def with_height(burr: Burr, height: Value, *, share: float) -> Burr:
     return replace(burr, height_mm=height, area_mm2=grown(burr.area_mm2), volume_mm3=grown(burr.volume_mm3))
 
 
+def volume(area: Value, length: Value) -> Value:
+    """Of a burr of that cross-section and length, mm³."""
+    sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
+    return Value(area.value * length.value, sigma)
+
+
 def combined(one: Value, other: Value) -> Value:
     """Mean of two that have nothing in common, by their variances; surer than both only where they agree."""
     weights = np.array([one.sigma, other.sigma]) ** -2.0

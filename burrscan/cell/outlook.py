@@ -103,25 +103,18 @@ def outlook(
     lines = np.broadcast_to(around, upright.shape), np.cross(upright, around)
     over, baseline = (ways[0] * upright).sum(axis=-1), eyes[1] - eyes[0]
     away = [(ways[0] * line).sum(axis=-1) for line in lines]
-    along = [np.abs(lines[1] @ baseline), np.abs(lines[0] @ baseline)]
-    faces = [
-        facing(over, away[0], along[0], along[1]),
-        facing(over, away[1], along[1], along[0]),
-    ]
-    shows = np.stack(
-        [
-            _shown(over, away[0], along[0] >= along[1]),
-            _shown(over, away[1], along[1] >= along[0]),
-        ]
-    )
+    around_mm, along_mm = (np.abs(line @ baseline) for line in lines)
+    ways_to_lie = list(zip(away, (along_mm, around_mm), (around_mm, along_mm), strict=True))
+    faces = [facing(over, *way) for way in ways_to_lie]
+    shows = np.stack([_shown(over, *way) for way in ways_to_lie])
     tilt, slope = _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0])
     return Outlook(seen, tilt, slope, shows, np.stack(faces))
 
 
-def _shown(over: Floats, across: Floats, lengthways: Bools) -> Floats:
+def _shown(over: Floats, across: Floats, baseline_along: Floats, baseline_across: Floats) -> Floats:
     aside = aside_deg(over, across)
-    each = [np.interp(aside, ends, (1.0, 0.0)) for ends in _SHOWN_DEG]
-    return np.where(lengthways, *each)
+    lengthways, crossways = (np.interp(aside, ends, (1.0, 0.0)) for ends in _SHOWN_DEG)
+    return np.where(baseline_along >= baseline_across, lengthways, crossways)
 
 
 def aside_deg(over: Floats, across: Floats) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.burrs.describe import NO_TRIANGLE, STRETCH
-from burrscan.burrs.height import combined
+from burrscan.burrs.height import combined, volume
 from burrscan.burrs.light.shine import walls_share
 from burrscan.burrs.pose import turned_by
 from burrscan.burrs.shape.along import height_of
@@ -111,14 +111,12 @@ def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) 
     across, height, width, area = (combined(one, other) for one, other in zip(own, called, strict=True))
     sense = 1.0 if dy * x > dx * y else -1.0  # across a burr along the generatrix is around, or back
     burr = turned_by(burr, Value(sense * across.value / r_mm, across.sigma / r_mm), axis)
-    length = burr.length_mm
-    volume_sigma = float(np.hypot(area.sigma * length.value, area.value * length.sigma))
     return replace(
         burr,
         height_mm=height,
         width_mm=width,
         area_mm2=area,
-        volume_mm3=Value(area.value * length.value, volume_sigma),
+        volume_mm3=volume(area, burr.length_mm),
     )
 
 
@@ -147,9 +145,8 @@ def _fitted(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> _Fit | Non
         return None
     ridge = fit_ridge(patch, first, spacing_mm=spacing_mm, footprint_mm=pitch_mm)
     height, height_sigma = height_of(patch, ridge, least_mm=STRETCH * spacing_mm)
-    area = ridge.fullness * ridge.height_mm * ridge.width_mm
     across_sigma = ridge.sigma_of([0.0, 1.0, 0.0, 0.0, ridge.parameters[3]])
     return _Fit(
-        np.array([ridge.base_middle_mm(0.0), height, ridge.width_mm, area]),
+        np.array([ridge.base_middle_mm(0.0), height, ridge.width_mm, ridge.area_mm2]),
         np.array([across_sigma, np.hypot(height_sigma, ridge.open_mm), 0.0, 0.0]),
     )

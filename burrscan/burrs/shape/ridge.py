@@ -95,6 +95,11 @@ class Ridge:
         return float(2.0 * self.parameters[3])
 
     @property
+    def area_mm2(self) -> float:
+        """Of its cross-section."""
+        return self.fullness * self.height_mm * self.width_mm
+
+    @property
     def fullness(self) -> float:
         """Cross-section area over height times width."""
         return (self.kind.power + self.kind.blunt) / (self.kind.power + 1.0)
