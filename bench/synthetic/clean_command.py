@@ -1,10 +1,11 @@
 """The table of false calls, on clean single views of ordinary parts.
 
     python -m bench.synthetic clean [--parts NAME ...] [--views N] [--first N] [--noise SHARE]
+                                    [--reach PIXELS]
 
 Closed parts drawn at random, each seen once by an orthographic depth camera of 200 pixels from a random
-direction, in a random pose, with independent noise along the rays (a thousandth of the part's size). None has
-a burr: every call is false. Treads, spokes, flutes and handles are no surfaces of revolution: they are there.
+direction, in a random pose, with noise along the rays (a thousandth of the part's size), each pixel's own or
+alike over a few pixels. None has a burr: every call is false. Treads, spokes, flutes and handles are no surfaces of revolution: they are there.
 Half a second a view.
 """
 
@@ -45,9 +46,9 @@ class CleanView:
     burrs: tuple[str, ...]
 
 
-def clean_view(part: str, number: int, *, noise: float) -> CleanView:
-    """Inspect the ``number``-th view of a kind of part; noise as a share of the part's size."""
-    (points, faces), direction = seen(part, number, noise=noise)
+def clean_view(part: str, number: int, *, noise: float, reach_px: float = 0.0) -> CleanView:
+    """Inspect the ``number``-th view of a kind of part; noise as a share of its size, alike over so many pixels."""
+    (points, faces), direction = seen(part, number, noise=noise, reach_px=reach_px)
     try:
         found = inspect_mesh(points, faces)
     except InputError:
@@ -60,19 +61,19 @@ def clean_view(part: str, number: int, *, noise: float) -> CleanView:
     return CleanView(number, False, bool(found.axis.undetermined), off_deg, burrs)
 
 
-def seen(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats]:
+def seen(part: str, number: int, *, noise: float, reach_px: float = 0.0) -> tuple[Mesh, Floats]:
     """What is seen of a part, and the direction of its axis."""
-    mesh, pose, _ = drawn(part, number, noise=noise)
+    mesh, pose, _ = drawn(part, number, noise=noise, reach_px=reach_px)
     return mesh, pose[:3, 2]
 
 
-def drawn(part: str, number: int, *, noise: float) -> tuple[Mesh, Floats, float]:
+def drawn(part: str, number: int, *, noise: float, reach_px: float = 0.0) -> tuple[Mesh, Floats, float]:
     """What is seen of a part, the pose (4, 4) that the part has, and the noise along the rays, mm."""
     rng = np.random.default_rng((list(PARTS).index(part), number))
     vertices, faces = PARTS[part](rng)
     sigma = noise * float(np.ptp(vertices, axis=0).max())
     points, triangles, pose = posed_view(
-        vertices, faces, rng, sigma=sigma, seed=(number, list(PARTS).index(part))
+        vertices, faces, rng, sigma=sigma, reach_px=reach_px, seed=(number, list(PARTS).index(part))
     )
     return (points, triangles), pose, sigma
 
@@ -83,6 +84,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--views", type=int, default=50, help="of each kind")
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--noise", type=float, default=0.001, help="share of the part's size")
+    parser.add_argument("--reach", type=float, default=0.0, help="pixels over which noise is alike; 0: none")
 
 
 def run(given: argparse.Namespace) -> None:
@@ -90,7 +92,10 @@ def run(given: argparse.Namespace) -> None:
     say = Console(soft_wrap=True, highlight=False).print
     say("parts | views | refused | flagged | given, axis off by > 1° | calls | views with one")
     for part in given.parts:
-        views = [clean_view(part, given.first + k, noise=given.noise) for k in range(given.views)]
+        views = [
+            clean_view(part, given.first + k, noise=given.noise, reach_px=given.reach)
+            for k in range(given.views)
+        ]
         called = [view for view in views if view.burrs]
         say(
             f"{part} | {len(views)} | {sum(view.refused for view in views)} | "

@@ -279,6 +279,20 @@ def test_what_is_as_high_as_its_edge_is_round_is_no_burr(monkeypatch: pytest.Mon
     assert np.isnan(burr.width_mm.value)
 
 
+@pytest.mark.parametrize(
+    ("part", "number", "reach_px", "without"),
+    [("wheels", 540033, 0.0, 2), ("cylinders", 530069, 1.5, 1), ("wheels", 540012, 10.0, 2)],
+)
+def test_a_burr_past_an_end_is_a_surface(
+    part: str, number: int, reach_px: float, without: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not the first row of another surface, a gap beyond, nor the teeth into which noise tears a slope."""
+    seen, _ = seen_clean(part, number, noise=0.001, reach_px=reach_px)
+    assert not inspect_mesh(*seen).burrs
+    monkeypatch.setattr(past_end, "_SOLID", 0.0)
+    assert len(inspect_mesh(*seen).burrs) == without
+
+
 def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str, Value]]:
     """Side and height of what the depth of a scan shows, with nothing judged by its light.
 
