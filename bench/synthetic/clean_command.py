@@ -5,8 +5,8 @@
 
 Closed parts drawn at random, each seen once by an orthographic depth camera of 200 pixels from a random
 direction, in a random pose, with noise along the rays (a thousandth of the part's size), each pixel's own or
-alike over a few pixels. None has a burr: every call is false. Treads, spokes, flutes and handles are no surfaces of revolution: they are there.
-Half a second a view.
+alike over a few pixels. None has a burr: every call is false. Treads, spokes, flutes and handles are no
+surfaces of revolution: they are there. Half a second a view.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class CleanView:
 
 
 def clean_view(part: str, number: int, *, noise: float, reach_px: float = 0.0) -> CleanView:
-    """Inspect the ``number``-th view of a kind of part; noise as a share of its size, alike over so many pixels."""
+    """Inspect the ``number``-th view of a kind of part; noise as a share of its size, and its reach."""
     (points, faces), direction = seen(part, number, noise=noise, reach_px=reach_px)
     try:
         found = inspect_mesh(points, faces)
