@@ -55,7 +55,7 @@ _MOST = 0.4
 _SOLID = 0.7
 """A burr is a surface: of so many vertices as its reach has spacings this share is there, and of its columns
 this share runs on. On burrs 0.98 and more, and all; where only the first row of another surface is seen, a
-gap beyond the edge, 0.28 to 0.62; where noise of neighbours tears the edge into teeth, half of the columns."""
+gap beyond the edge, 0.28 to 0.62; where noise of neighbours tears the edge into teeth half of the columns."""
 _ROUNDING_MM = 3.0
 """Over so much of its end a curve's direction does not follow the rounding of an edge."""
 _STEEP = 0.3
