@@ -258,7 +258,7 @@ def _solid(edge: _Edge, run: Ints, on: Ints, field: Field) -> bool:
     within = run % len(edge.off_mm)
     far = float(np.nansum(np.maximum(edge.off_mm[within], 0.0))) / field.spacing_mm
     full = int(edge.vertices[within].sum()) >= _SOLID * far
-    return full and len(on) >= _SOLID * np.count_nonzero(np.isfinite(edge.off_mm[within]))
+    return full and len(on) >= _SOLID * int(np.count_nonzero(np.isfinite(edge.off_mm[within])))
 
 
 def _suspected(end: _End, edge: _Edge, on: Ints, field: Field) -> Ints:

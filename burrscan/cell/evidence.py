@@ -12,7 +12,7 @@ from burrscan.arrays import Floats, Ints
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import Chart, line_of, walked
-from burrscan.inspection import Axis, Burr, Side, Value, side_of
+from burrscan.inspection import Axis, Burr, Value, side_of
 
 NOISE = 0.16, 0.7
 """Calls per look that are no burr, and that no other look confirms: with the baseline along their line, and
@@ -276,7 +276,7 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
 
     A size is told by looks that face the burr, and by those from not too far aside.
     """
-    side = _side(calls)
+    side = side_of(side_log_odds(calls))
     sided = _facing([call for call in calls if call.burr.side == side])
     sized = [call for call in calls if call.burr.side == side and _sizes(call)] or sided
     strong = max(call.burr.significance for call in sided)
@@ -305,7 +305,7 @@ def _burr(calls: list[Call], frame: Floats) -> Burr:
     )
 
 
-def _facing(calls: list[Call]) -> list[Call]:
+def _facing(calls: Sequence[Call]) -> list[Call]:
     """The calls whose looks tell sizes; where none does, the one from least aside."""
     faced = [call for call in calls if call.faced]
     return faced or [min(calls, key=lambda call: call.aside_deg)]
@@ -316,10 +316,35 @@ def _sizes(call: Call) -> bool:
     return call.along and call.aside_deg <= _SIZED_DEG
 
 
-def _side(calls: list[Call]) -> Side:
-    """By odds: a look that faces the burr is right more often, and a faint call weighs less than a clear one.
+def distinct(places: Sequence[Place]) -> tuple[Place, ...]:
+    """Places without those that lie on the base of a clearer one that is called: a flank, or what it mirrors.
 
-    None from aside weighs more than the clearest that faced it.
+    Of a wide nick a look may call both walls. O(places²).
+    """
+    clear = sorted((place for place in places if place.certain), key=lambda place: -place.burr.significance)
+    kept: list[Place] = []
+    for place in clear:
+        if not any(_on_base(place.burr, other.burr) for other in kept):
+            kept.append(place)
+    return tuple(
+        place
+        for place in places
+        if any(place is one for one in kept) or not any(_on_base(place.burr, other.burr) for other in kept)
+    )
+
+
+def _on_base(burr: Burr, other: Burr) -> bool:
+    """Whether the middle of a burr is where another stands."""
+    along, across, _ = (np.linalg.inv(other.T_mesh_burr) @ burr.T_mesh_burr[:, 3])[:3]
+    reach = 0.5 * other.length_mm.value, 0.5 * other.width_mm.value
+    return bool(abs(along) < reach[0] and abs(across) < reach[1])
+
+
+def side_log_odds(calls: Sequence[Call]) -> float:
+    """Of a protrusion against a nick, as the calls have it.
+
+    A look that faces the burr is right more often, and a faint call weighs less than a clear one. None from
+    aside weighs more than the clearest that faced it.
     """
     clear = max(call.burr.significance for call in _facing(calls))
     faced, aside = (float(np.log(right / (1.0 - right))) for right in _SIDE_RIGHT)
@@ -327,7 +352,7 @@ def _side(calls: list[Call]) -> Side:
         (faced if call.faced else aside) * min(call.burr.significance / clear, 1.0) * call.burr.sign
         for call in calls
     ]
-    return side_of(sum(votes))
+    return float(sum(votes))
 
 
 def _weighted(values: list[Value]) -> Value:

@@ -11,11 +11,11 @@ from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.belief import SURE, Belief, belief_of, density_of
 from burrscan.cell.chart import Chart, chart_of, line_of
-from burrscan.cell.evidence import Call, Place, joined
+from burrscan.cell.evidence import Call, Place, distinct, joined, side_log_odds
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
-from burrscan.cell.sizes import Cloud, sized
+from burrscan.cell.sizes import Cloud, sided, sized
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -98,7 +98,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
-    places = tuple(_sized(place, found.axis, T_part_plate, clouds) for place in places)
+    places = distinct([_measured(place, found.axis, T_part_plate, clouds) for place in places])
     return Fused(found, chart, belief, places)
 
 
@@ -147,12 +147,13 @@ def _call(
     return Call(look, burr, pose, float(aside_deg(over, across)), faced, along, frozenset(against))
 
 
-def _sized(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
+def _measured(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
     """A place's burr as all looks measure it, where one is called."""
     if not place.certain:
         return place
-    burr = sized(place.burr, axis, T_part_plate @ place.burr.T_mesh_burr, clouds)
-    return replace(place, burr=burr)
+    T_part_burr = T_part_plate @ place.burr.T_mesh_burr
+    ridge = sided(place.burr, side_log_odds(place.calls), T_part_burr, clouds)
+    return place if ridge is None else replace(place, burr=sized(ridge, axis, T_part_burr))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:

@@ -22,7 +22,7 @@ from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
 from burrscan.cell.chart import beside, line_of
-from burrscan.inspection import Axis, Burr, Value
+from burrscan.inspection import Axis, Burr, Value, side_of
 
 _BESIDE_MM = 3.0
 """Of the surface beside a base: as wide as the widest burr that is looked for, for a call may be of one
@@ -38,6 +38,33 @@ class _Fit(NamedTuple):
 
     values: Floats
     sigmas: Floats
+
+
+class Ridge(NamedTuple):
+    """A burr of one side as several looks show it together.
+
+    Parameters
+    ----------
+    burr
+        Of that side, joined of its calls.
+    values, sigma
+        (4,) middle of its base across, height, width, mm, and area, mm²; by how much they err as far as the
+        looks differ and the fit knows.
+    looks
+        How many measured it.
+
+    """
+
+    burr: Burr
+    values: Floats
+    sigma: Floats
+    looks: int
+
+    @property
+    def log_odds(self) -> float:
+        """Of a height against none: Student's, with as many degrees of freedom as the jackknife has."""
+        clear = max(float(self.values[1]), 0.0) / float(self.sigma[1])
+        return 0.5 * self.looks * float(np.log1p(clear**2 / (self.looks - 1)))
 
 
 class Cloud(NamedTuple):
@@ -60,15 +87,13 @@ class Cloud(NamedTuple):
     px_mm: float
 
 
-def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Burr:
-    """The burr with angle, height, width, area and volume as all looks show them together.
+def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge | None:
+    """A burr as the vertices of all looks show it, taken for what its side says.
 
     Parameters
     ----------
     burr
         Joined of its calls.
-    axis
-        Of the part, in the burr's frame of reference.
     T_part_burr
         (4, 4) its pose in the part frame.
     clouds
@@ -76,34 +101,84 @@ def sized(burr: Burr, axis: Axis, T_part_burr: Floats, clouds: Sequence[Cloud]) 
 
     Returns
     -------
-    Burr
-        As it was where it goes around the axis (it lies on an edge, beside which nothing is unrolled), and
-        where fewer than two looks have measured it.
+    Ridge or None
+        None where it goes around the axis (it lies on an edge, beside which nothing is unrolled), where fewer
+        than two looks have measured it, and where nothing rises on that side.
 
     Notes
     -----
     What a look errs by, its vertices share, so the fit's own covariance knows little of it. The jackknife
     over looks does (Efron & Stein, Annals of Statistics 9, 1981), but for what they all share: light between
-    the walls of a nick. The calls' own sizes keep their weight beside it: where one rolled over has several
-    heights at one place no section is like it. O(looks² vertices near the burr).
+    the walls of a nick. O(looks² vertices near the burr).
 
     """
     if line_of(T_part_burr):
-        return burr
+        return None
     looks = [(_near(burr, T_part_burr, cloud), cloud.px_mm) for cloud in clouds]
     patches = [patch for patch, _ in looks if patch is not None]
     if len(patches) < 2:
-        return burr
+        return None
     pitch_mm = float(np.median([px_mm for patch, px_mm in looks if patch is not None]))
     whole = _fitted(patches, burr, pitch_mm)
     if whole is None:
-        return burr
+        return None
     without = [_fitted(patches[:n] + patches[n + 1 :], burr, pitch_mm) for n in range(len(patches))]
     rest = np.array([np.zeros(4) if one is None else one.values for one in without])
-    share = np.hypot(NO_TRIANGLE, np.array([0.0, 1.0, 0.0, 1.0]) * walls_share(burr))
-    alike = share * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
+    alike = NO_TRIANGLE * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
     sigma = np.sqrt((len(rest) - 1) * rest.var(axis=0) + alike**2 + whole.sigmas**2)
-    own = [Value(float(value), float(one)) for value, one in zip(whole.values, sigma, strict=True)]
+    return Ridge(burr, whole.values, sigma, len(patches))
+
+
+def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge | None:
+    """A burr on the side that calls and vertices tell together.
+
+    Parameters
+    ----------
+    called
+        Joined of its calls.
+    log_odds
+        Of a protrusion against a nick, as the calls have it.
+    T_part_burr, clouds
+        As in :func:`together`.
+
+    Returns
+    -------
+    Ridge or None
+        Of the other side than the calls', where the vertices outweigh them; then nothing is left of the
+        calls' sizes. None where the vertices show nothing on that side.
+
+    """
+    shown = {
+        side: together(replace(called, side=side), T_part_burr, clouds) for side in ("protrusion", "nick")
+    }
+    weighed = {side: one.log_odds if one else 0.0 for side, one in shown.items()}
+    ridge = shown[side_of(log_odds + weighed["protrusion"] - weighed["nick"])]
+    if ridge is None or ridge.burr.side == called.side:
+        return ridge
+    height, width, area = (Value(float(value), float("inf")) for value in ridge.values[1:])
+    return ridge._replace(burr=replace(ridge.burr, height_mm=height, width_mm=width, area_mm2=area))
+
+
+def sized(ridge: Ridge, axis: Axis, T_part_burr: Floats) -> Burr:
+    """A burr with angle, height, width, area and volume as all looks show them together.
+
+    The calls' own sizes keep their weight beside that: where one rolled over has several heights at one place
+    no section is like it. What walls that light each other do to a nick, all looks share.
+
+    Parameters
+    ----------
+    ridge
+        What looks show of it.
+    axis
+        Of the part, in the burr's frame of reference.
+    T_part_burr
+        (4, 4) its pose in the part frame.
+
+    """
+    burr = ridge.burr
+    walls = walls_share(burr) * np.array([0.0, 1.0, 0.0, 1.0]) * ridge.values
+    sigma = np.hypot(ridge.sigma, walls)
+    own = [Value(float(value), float(one)) for value, one in zip(ridge.values, sigma, strict=True)]
     (x, y), (dx, dy) = T_part_burr[:2, 3], T_part_burr[:2, 1]
     r_mm = float(np.hypot(x, y))
     angle = Value(0.0, float(np.radians(burr.angle_deg.sigma)) * r_mm)
