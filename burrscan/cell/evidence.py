@@ -32,6 +32,8 @@ _SIZED_DEG = 60.0
 but where both mirror the part from in front (one of 1.4 mm read 0.5 to 0.8), not from there (1.2 to 1.4)."""
 UNFACED = 0.1
 """Worth, in burrs, of facing one that is called and was seen from aside only: its size, often its side."""
+_UNSURE = 2.0
+"""Standard deviations of where they are, within which two bases may overlap: 95 % of those that do."""
 _ROUNDS, _AGREED = 50, 1e-4
 """Of the rates of noise and the probabilities that follow from each other: done when these change by less."""
 _CERTAIN = 0.5
@@ -316,28 +318,27 @@ def _sizes(call: Call) -> bool:
     return call.along and call.aside_deg <= _SIZED_DEG
 
 
-def distinct(places: Sequence[Place]) -> tuple[Place, ...]:
-    """Places without those that lie on the base of a clearer one that is called: a flank, or what it mirrors.
+def distinct(places: Sequence[Place], T_part_plate: Floats) -> tuple[Place, ...]:
+    """Places without those whose base may overlap that of a clearer one which is called. O(places²).
 
-    Of a wide nick a look may call both walls. O(places²).
+    Both walls of a wide nick may be called, and what a flank mirrors: one base carries one burr.
     """
-    clear = sorted((place for place in places if place.certain), key=lambda place: -place.burr.significance)
     kept: list[Place] = []
-    for place in clear:
-        if not any(_on_base(place.burr, other.burr) for other in kept):
+    for place in sorted(places, key=lambda place: (not place.certain, -place.burr.significance)):
+        if not any(other.certain and _overlap(place.burr, other.burr, T_part_plate) for other in kept):
             kept.append(place)
-    return tuple(
-        place
-        for place in places
-        if any(place is one for one in kept) or not any(_on_base(place.burr, other.burr) for other in kept)
-    )
+    return tuple(place for place in places if any(place is one for one in kept))
 
 
-def _on_base(burr: Burr, other: Burr) -> bool:
-    """Whether the middle of a burr is where another stands."""
-    along, across, _ = (np.linalg.inv(other.T_mesh_burr) @ burr.T_mesh_burr[:, 3])[:3]
-    reach = 0.5 * other.length_mm.value, 0.5 * other.width_mm.value
-    return bool(abs(along) < reach[0] and abs(across) < reach[1])
+def _overlap(one: Burr, other: Burr, T_part_plate: Floats) -> bool:
+    """Whether two bases may overlap, as far as their angles are known."""
+    long, short = sorted((one, other), key=lambda burr: -burr.length_mm.value)
+    along, across, above = (np.linalg.inv(long.T_mesh_burr) @ short.T_mesh_burr[:, 3])[:3]
+    x, y = (T_part_plate @ long.T_mesh_burr)[:2, 3]
+    unsure_mm = np.radians(np.hypot(one.angle_deg.sigma, other.angle_deg.sigma)) * np.hypot(x, y)
+    half = 0.5 * (one.width_mm.value + other.width_mm.value)
+    reach = 0.5 * long.length_mm.value, half + _UNSURE * unsure_mm, _SAME_MM
+    return bool(np.all(np.abs([along, across, above]) < reach))
 
 
 def side_log_odds(calls: Sequence[Call]) -> float:

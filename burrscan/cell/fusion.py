@@ -98,7 +98,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
-    places = distinct([_measured(place, found.axis, T_part_plate, clouds) for place in places])
+    places = distinct([_measured(place, found.axis, T_part_plate, clouds) for place in places], T_part_plate)
     return Fused(found, chart, belief, places)
 
 

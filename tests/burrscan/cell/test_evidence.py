@@ -8,7 +8,7 @@ import pytest
 from burrscan.arrays import Floats
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import chart_of
-from burrscan.cell.evidence import BLEMISHES, NOISE, Call, Place, joined
+from burrscan.cell.evidence import BLEMISHES, NOISE, Call, Place, distinct, joined
 from burrscan.inspection import Burr
 from tests.burrscan.cell.parts import axis, burr, generatrix
 
@@ -159,3 +159,29 @@ def test_one_look_from_aside_tells_neither_size_nor_side() -> None:
     (twice,) = _joined([_call(n, burr(), aside_deg=60.0) for n in range(2)], SURE, SURE)
     assert twice.certain
     assert place.unfaced == 0.0
+
+
+def test_one_base_carries_one_burr() -> None:
+    """Both walls of a nick, called in the same two looks: the clearer call is the burr's.
+
+    Bases of 1.5 mm overlap up to 1.5 mm apart, and as their angles have 0.02 degrees each, up to 1.58.
+    """
+    clear, other, apart = (
+        [_call(look, burr(significance=sure, across_mm=across)) for look in (0, 1)]
+        for sure, across in ((20.0, 0.0), (8.0, 1.55), (8.0, -1.65))
+    )
+    places = _joined([*clear, *other, *apart], 0.9, 0.9)
+    assert len(places) == 3
+    left = distinct(places, np.eye(4))
+    assert len(left) == 2
+    assert max(place.burr.significance for place in left) > 20.0
+    assert all(any(place is one for one in places) for place in left)
+
+
+def test_what_is_not_called_takes_no_base() -> None:
+    """Two suspicions beside each other stay what they are."""
+    faint = [_call(0, burr(significance=4.5, across_mm=across), 70.0) for across in (0.0, 0.7)]
+    places = _joined(faint, *[0.9] * 5)
+    assert len(places) == 2
+    assert not any(place.certain for place in places)
+    assert distinct(places, np.eye(4)) == places

@@ -10,7 +10,7 @@ import pytest
 
 from burrscan.arrays import Floats
 from burrscan.cell.chart import beside, walked
-from burrscan.cell.sizes import Cloud, sized
+from burrscan.cell.sizes import Cloud, sided, sized, together
 from burrscan.inspection import Burr, Value
 from tests.burrscan.cell.parts import RADIUS_MM, axis, burr
 
@@ -56,10 +56,22 @@ def _pose(called: Burr) -> Floats:
     return np.array(called.T_mesh_burr)
 
 
+def _measured(called: Burr, looks: list[Cloud], pose: Floats | None = None) -> Burr:
+    """The burr as looks show it on the side that it was called on."""
+    pose = _pose(called) if pose is None else pose
+    ridge = together(called, pose, looks)
+    assert ridge is not None
+    return sized(ridge, axis(), pose)
+
+
+def _dented(looks: list[Cloud]) -> list[Cloud]:
+    return [look._replace(deviation_mm=-look.deviation_mm) for look in looks]
+
+
 @pytest.mark.parametrize(("section", "width_mm"), [(_flat_topped, 1.6), (_triangle, 1.6)])
 def test_looks_together_show_a_section(section: Section, width_mm: float) -> None:
     called = _called(0.9, 0.3)
-    found = sized(called, axis(), _pose(called), [_cloud(n, 0.6, section=section) for n in range(5)])
+    found = _measured(called, [_cloud(n, 0.6, section=section) for n in range(5)])
     assert found.height_mm.value == pytest.approx(0.6, abs=0.04)
     assert found.height_mm.sigma < 0.06
     assert found.width_mm.value == pytest.approx(width_mm, abs=0.2)
@@ -71,7 +83,7 @@ def test_looks_together_show_a_section(section: Section, width_mm: float) -> Non
 def test_each_look_may_see_one_flank_only() -> None:
     called = _called(0.5, 0.4)
     looks = [_cloud(n, 1.4, section=_triangle, flank=1 if n % 2 else -1) for n in range(4)]
-    found = sized(called, axis(), _pose(called), looks)
+    found = _measured(called, looks)
     assert found.height_mm.value == pytest.approx(1.4, abs=0.08)
 
 
@@ -84,7 +96,7 @@ def test_what_a_look_errs_by_is_shared_by_its_vertices() -> None:
             _cloud(10 * trial + n, 0.8, section=_triangle, scale=1.0 + 0.1 * rng.normal()) for n in range(4)
         ]
         called = _called(0.8, 30.0)  # which says nothing
-        found = sized(called, axis(), _pose(called), looks)
+        found = _measured(called, looks)
         pulls.append((found.height_mm.value - 0.8) / found.height_mm.sigma)
     # 24 pulls of a jackknife over four looks, which is Student's with three degrees of freedom: its
     # median size is 0.76, with a deviation of 0.17 for 24; the fit alone would state a fifth as much
@@ -97,7 +109,7 @@ def test_the_middle_of_a_burr_is_between_all_looks_rows(*, downwards: bool) -> N
     called = replace(burr(across_mm=0.4), angle_deg=Value(float(np.degrees(0.4 / RADIUS_MM)), 0.3))
     if downwards:  # its line has no sense
         called = replace(called, T_mesh_burr=_pose(called) @ np.diag([-1.0, -1.0, 1.0, 1.0]))
-    found = sized(called, axis(), _pose(called), [_cloud(n, 0.8, section=_triangle) for n in range(5)])
+    found = _measured(called, [_cloud(n, 0.8, section=_triangle) for n in range(5)])
     assert found.angle_deg.value * np.radians(RADIUS_MM) == pytest.approx(0.0, abs=0.03)
     assert found.angle_deg.sigma * np.radians(RADIUS_MM) < 0.1
     assert np.degrees(np.arctan2(*found.T_mesh_burr[1::-1, 3])) == pytest.approx(found.angle_deg.value)
@@ -114,7 +126,7 @@ def test_a_ridge_on_an_end_face_is_measured_like_one_on_the_outside() -> None:
     called = _called(0.5, 0.4)
     pose = np.eye(4)
     pose[:3, 3] = 60.0, 0.0, 30.0
-    found = sized(replace(called, T_mesh_burr=pose), axis(), pose, looks)
+    found = _measured(replace(called, T_mesh_burr=pose), looks, pose)
     assert found.height_mm.value == pytest.approx(0.8, abs=0.05)
     assert np.isfinite(found.T_mesh_burr).all()
     assert found.angle_deg.value == pytest.approx(0.0, abs=0.05)
@@ -124,18 +136,17 @@ def test_what_all_looks_share_is_in_what_is_stated() -> None:
     """Looks that agree to a hair: no section is a triangle to better than 2 %, and nicks light themselves."""
     looks = [_cloud(n, 0.8, section=_triangle) for n in range(8)]
     called = _called(0.8, 30.0)
-    sigma = sized(called, axis(), _pose(called), looks).height_mm.sigma
+    sigma = _measured(called, looks).height_mm.sigma
     assert 0.02 * 0.8 <= sigma < 0.05
     nick = replace(called, side="nick")
-    dented = [look._replace(deviation_mm=-look.deviation_mm) for look in looks]
-    assert sized(nick, axis(), _pose(nick), dented).height_mm.sigma > 3.0 * sigma
+    assert _measured(nick, _dented(looks)).height_mm.sigma > 3.0 * sigma
 
 
 def test_rows_of_several_looks_resolve_a_burr_hardly_wider_than_a_pixel() -> None:
     """0.9 mm wide at half a millimetre a pixel: eight looks show it to 3 %, as one row in sixteen would."""
     narrow = [_cloud(n, 0.8, section=lambda across: _triangle(across * 1.6 / 0.9)) for n in range(8)]
     called = _called(0.5, 0.4)
-    found = sized(called, axis(), _pose(called), narrow)
+    found = _measured(called, narrow)
     assert found.width_mm.value == pytest.approx(0.9, abs=0.12)
     assert found.height_mm.value == pytest.approx(0.8, abs=0.08)
 
@@ -143,18 +154,63 @@ def test_rows_of_several_looks_resolve_a_burr_hardly_wider_than_a_pixel() -> Non
 def test_what_was_called_keeps_its_weight() -> None:
     looks = [_cloud(n, 0.8, section=_triangle) for n in range(3)]
     sure = _called(0.7, 0.001)
-    assert sized(sure, axis(), _pose(sure), looks).height_mm.value == pytest.approx(0.7, abs=0.005)
+    assert _measured(sure, looks).height_mm.value == pytest.approx(0.7, abs=0.005)
 
 
 def test_one_look_and_a_burr_around_the_axis_stay_as_they_are() -> None:
     called = _called(0.7, 0.1)
-    assert sized(called, axis(), _pose(called), [_cloud(0, 0.8)]) is called
+    assert together(called, _pose(called), [_cloud(0, 0.8)]) is None
     away = _cloud(1, 0.8)
     turned = away.points_mm * [-1.0, -1.0, 1.0]
-    assert sized(called, axis(), _pose(called), [_cloud(0, 0.8), away._replace(points_mm=turned)]) is called
+    assert together(called, _pose(called), [_cloud(0, 0.8), away._replace(points_mm=turned)]) is None
     around = _pose(called)
     around[:3, :3] = np.stack([-around[:3, 1], around[:3, 0], around[:3, 2]], axis=1)
-    assert sized(called, axis(), around, [_cloud(n, 0.8) for n in range(3)]) is called
+    assert together(called, around, [_cloud(n, 0.8) for n in range(3)]) is None
+
+
+@pytest.mark.parametrize("side", ["protrusion", "nick"])
+def test_the_vertices_of_all_looks_tell_a_side_that_calls_mistook(side: str) -> None:
+    """Two looks that face it call the other side; four measured 0.43 mm. Nothing is left of the calls."""
+    looks = [_cloud(n, 0.43) for n in range(4)]
+    if side == "nick":
+        looks = _dented(looks)
+    mistaken = replace(_called(0.6, 0.001), side="nick" if side == "protrusion" else "protrusion")
+    votes = 2.0 * np.log(0.99 / 0.01) * mistaken.sign
+    ridge = sided(mistaken, votes, _pose(mistaken), looks)
+    assert ridge is not None
+    assert ridge.burr.side == side
+    found = sized(ridge, axis(), _pose(mistaken))
+    assert found.side == side
+    assert found.height_mm.value == pytest.approx(0.43, abs=0.04)
+    assert found.width_mm.value == pytest.approx(_WIDTH_MM, abs=0.25)
+    assert 0.999 * ridge.sigma[1] < found.height_mm.sigma < 0.25
+
+
+def test_a_side_stays_where_the_vertices_show_none() -> None:
+    """Flat metal: the side of the calls. What rises a little is outvoted by clear calls only."""
+    flat = [_cloud(n, 0.0) for n in range(4)]
+    for side, sign in (("protrusion", 1.0), ("nick", -1.0)):
+        called = replace(_called(0.5, 0.2), side=side)  # type: ignore[arg-type]
+        ridge = sided(called, 9.0 * sign, _pose(called), flat)
+        assert ridge is None or ridge.burr.side == side
+    called = replace(_called(0.3, 0.1), side="nick")
+    uneven = [_cloud(n, 0.2, scale=scale) for n, scale in enumerate((1.6, 0.0, -0.4, 1.2))]
+    faint = together(replace(called, side="protrusion"), _pose(called), uneven)
+    assert faint is not None
+    assert 0.3 < faint.log_odds < 6.0
+    kept, turned = (sided(called, votes, _pose(called), uneven) for votes in (-9.0, -0.1))
+    assert kept is None or kept.burr.side == "nick"
+    assert turned is not None
+    assert turned.burr.side == "protrusion"
+
+
+def test_the_odds_of_a_height_are_students() -> None:
+    """Of three looks: twice the deviation has (1 + 4 / 2)^1.5 times the density that it has of no height."""
+    ridge = together(_called(0.5, 0.2), _pose(_called(0.5, 0.2)), [_cloud(n, 0.8) for n in range(3)])
+    assert ridge is not None
+    twice = ridge._replace(values=np.array([0.0, 2.0, 1.0, 1.0]), sigma=np.ones(4), looks=3)
+    assert twice.log_odds == pytest.approx(1.5 * np.log(3.0))
+    assert twice._replace(values=-twice.values).log_odds == 0.0
 
 
 @pytest.mark.parametrize("turned", [False, True])
