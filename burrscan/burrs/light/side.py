@@ -120,15 +120,14 @@ class Told:
         like = np.abs(np.log(heights / height_mm)) <= np.log(_NEAR)
         return bool(misfits[like].min(initial=np.inf) - misfits.min() >= _CONTRADICTS)
 
-    def height(self, *, side: int, aspect: Value) -> Value:
+    def height(self, *, side: int) -> Value:
         """Mean height over the burrs of a side, each as likely as it explains the place; mm.
 
-        ``aspect`` is what is held of heights over widths beforehand, with a normal error; widths are even in
-        their logarithm. What lies between two aspects that are tried counts as an error, too.
+        Of widths and of heights over widths nothing is held beforehand: they are even in their logarithms.
+        What lies between two aspects that are tried counts as an error, too.
         """
         misfits = self.misfits[int(side < 0)]
-        prior = np.exp(-0.5 * ((self.aspects - aspect.value) / aspect.sigma) ** 2) * self.aspects
-        likely = np.exp(-0.5 * (misfits - misfits.min())) * prior
+        likely = np.exp(-0.5 * (misfits - misfits.min()))
         heights = self.widths_mm[:, None] * self.aspects
         mean = float((likely * heights).sum() / likely.sum())
         spread = float(np.sqrt((likely * (heights - mean) ** 2).sum() / likely.sum()))
