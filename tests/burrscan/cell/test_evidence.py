@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.stats import expon
 
 from burrscan.arrays import Floats
 from burrscan.cell.belief import SURE
@@ -37,12 +40,19 @@ def test_one_look_has_one_call_in_a_burr() -> None:
     assert len(places) == 2
 
 
+def _likelier(significance: float, *, along: bool = True) -> float:
+    """Of a burr than of noise: burrs exceed 3.9 by 20.5 in the mean, noise by less but for a share."""
+    clear, (faint, share) = expon(3.9, 20.5), (2.3, 0.07) if along else (4.3, 0.25)
+    burr_, noise = clear.pdf(significance), expon(3.9, faint).pdf(significance)
+    return float(burr_ / ((1.0 - share) * noise + share * burr_))
+
+
 def test_the_odds_are_those_of_the_two_rates() -> None:
     # called in one look of three that would have found it: Bayes by hand
-    (place,) = _joined([_call(0, burr())], SURE, SURE, SURE)
+    (place,) = _joined([_call(0, burr(significance=7.0))], SURE, SURE, SURE)
     real = 2.0 * SURE * (1.0 - SURE) ** 2
     # a look without any other false call: the mean of an exponential rate that 1 / usual looks have shown
-    noise = NOISE[0] / sum(NOISE) / (1.0 / sum(NOISE) + 1.0)
+    noise = NOISE[0] / sum(NOISE) / (1.0 / sum(NOISE) + 1.0) / _likelier(7.0)
     false = 3 * (noise + BLEMISHES * 0.5**2)
     assert place.probability == pytest.approx(real / (real + false))
     assert not place.certain
@@ -53,17 +63,41 @@ def test_a_call_across_the_baseline_is_believed_less_until_another_confirms_it()
     (along,), (across,) = (_joined([_call(0, burr(), along=way)], *chances) for way in (True, False))
     odds = [place.probability / (1.0 - place.probability) for place in (along, across)]
     rest = BLEMISHES * 0.5
-    noise = [one / sum(NOISE) / (1.0 / sum(NOISE) + 1.0) for one in NOISE]
+    noise = [
+        one / sum(NOISE) / (1.0 / sum(NOISE) + 1.0) / _likelier(20.0, along=way)
+        for one, way in zip(NOISE, (True, False), strict=True)
+    ]
     assert odds[0] / odds[1] == pytest.approx((noise[1] + rest) / (noise[0] + rest))
     (twice,) = _joined([_call(n, burr(), along=False) for n in range(2)], *chances)
     assert twice.probability > 0.95
 
 
+def test_noise_is_faint_along_the_baseline_and_across_it_often_as_clear_as_burrs() -> None:
+    """The clearest call of a place says it; one that others confirm was no noise, however faint."""
+    along, across = (
+        [
+            _joined([_call(0, burr(significance=sure), along=way)], SURE, SURE)[0].probability
+            for sure in (4.5, 9.0, 15.0, 40.0)
+        ]
+        for way in (True, False)
+    )
+    assert along == sorted(along)
+    assert along[0] < 0.1
+    assert along[3] > 0.7
+    assert across == sorted(across)
+    assert across[3] < along[3]
+    faint, clear = (
+        _joined([_call(n, burr(significance=sure)) for n in range(2)], SURE, SURE)[0].probability
+        for sure in (4.5, 40.0)
+    )
+    assert faint == pytest.approx(clear)
+
+
 def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
-    others = [_call(0, burr(angle)) for angle in (60.0, 100.0, 140.0, 180.0, 220.0, 260.0)]
+    others = [_call(0, burr(angle, significance=9.0)) for angle in (60.0, 100.0, 140.0, 180.0, 220.0, 260.0)]
     chances = 0.9, 0.5, 0.5
-    (alone,) = _joined([_call(0, burr())], *chances)
-    bunch = _joined([_call(0, burr()), *others], *chances)
+    (alone,) = _joined([_call(0, burr(significance=9.0))], *chances)
+    bunch = _joined([_call(0, burr(significance=9.0)), *others], *chances)
     of_bunch = [place.probability for place in bunch]
     assert alone.certain
     assert max(of_bunch) < 0.5 * alone.probability
@@ -79,9 +113,10 @@ def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
 
 
 def test_a_look_that_could_not_see_says_nothing() -> None:
-    (alone,) = _joined([_call(0, burr())], SURE)
-    (beside,) = _joined([_call(0, burr())], SURE, 0.0)
-    (denied,) = _joined([_call(0, burr())], SURE, SURE)
+    faint = burr(significance=9.0)
+    (alone,) = _joined([_call(0, faint)], SURE)
+    (beside,) = _joined([_call(0, faint)], SURE, 0.0)
+    (denied,) = _joined([_call(0, faint)], SURE, SURE)
     assert alone.certain
     assert beside.certain
     assert beside.probability == pytest.approx(alone.probability)
@@ -152,10 +187,15 @@ def test_one_look_from_aside_tells_neither_size_nor_side() -> None:
     (place,) = _joined([faced, oblique], SURE, SURE)
     assert place.burr.side == "protrusion"
     assert place.burr.height_mm.value == pytest.approx(1.0)
-    (unfaced,) = _joined([_call(0, oblique.burr, aside_deg=64.0)], SURE)
+    (unfaced,) = _joined([_call(0, burr(significance=9.0), aside_deg=64.0)], SURE)
     assert unfaced.unfaced > 0.05  # it is to be looked at from in front
-    assert unfaced.probability > 0.9
+    assert 0.8 < unfaced.probability < 0.95
     assert not unfaced.certain
+    (settled,) = _joined([_call(0, oblique.burr, aside_deg=64.0)], SURE)
+    assert settled.certain
+    assert settled.unfaced > 0.05
+    (mirrored,) = _joined([_call(0, oblique.burr, along=False)], SURE)
+    assert not replace(mirrored, probability=0.99).certain  # whatever its odds
     (twice,) = _joined([_call(n, burr(), aside_deg=60.0) for n in range(2)], SURE, SURE)
     assert twice.certain
     assert place.unfaced == 0.0
