@@ -152,8 +152,8 @@ def _measured(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud
     if not place.certain:
         return place
     T_part_burr = T_part_plate @ place.burr.T_mesh_burr
-    ridge = sided(place.burr, side_log_odds(place.calls), T_part_burr, clouds)
-    return place if ridge is None else replace(place, burr=sized(ridge, axis, T_part_burr))
+    shown = sided(place.burr, side_log_odds(place.calls), T_part_burr, clouds)
+    return place if shown is None else replace(place, burr=sized(shown, axis, T_part_burr))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:

@@ -40,7 +40,7 @@ class _Fit(NamedTuple):
     sigmas: Floats
 
 
-class Ridge(NamedTuple):
+class Shown(NamedTuple):
     """A burr of one side as several looks show it together.
 
     Parameters
@@ -87,8 +87,8 @@ class Cloud(NamedTuple):
     px_mm: float
 
 
-def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge | None:
-    """A burr as the vertices of all looks show it, taken for what its side says.
+def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown | None:
+    """A burr, on the side that it has, as the vertices of all looks show it.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge 
 
     Returns
     -------
-    Ridge or None
+    Shown or None
         None where it goes around the axis (it lies on an edge, beside which nothing is unrolled), where fewer
         than two looks have measured it, and where nothing rises on that side.
 
@@ -126,10 +126,10 @@ def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge 
     rest = np.array([np.zeros(4) if one is None else one.values for one in without])
     alike = NO_TRIANGLE * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
     sigma = np.sqrt((len(rest) - 1) * rest.var(axis=0) + alike**2 + whole.sigmas**2)
-    return Ridge(burr, whole.values, sigma, len(patches))
+    return Shown(burr, whole.values, sigma, len(patches))
 
 
-def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Ridge | None:
+def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown | None:
     """A burr on the side that calls and vertices tell together.
 
     Parameters
@@ -143,23 +143,21 @@ def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[C
 
     Returns
     -------
-    Ridge or None
+    Shown or None
         Of the other side than the calls', where the vertices outweigh them; then nothing is left of the
         calls' sizes. None where the vertices show nothing on that side.
 
     """
-    shown = {
-        side: together(replace(called, side=side), T_part_burr, clouds) for side in ("protrusion", "nick")
-    }
-    weighed = {side: one.log_odds if one else 0.0 for side, one in shown.items()}
-    ridge = shown[side_of(log_odds + weighed["protrusion"] - weighed["nick"])]
-    if ridge is None or ridge.burr.side == called.side:
-        return ridge
-    height, width, area = (Value(float(value), float("inf")) for value in ridge.values[1:])
-    return ridge._replace(burr=replace(ridge.burr, height_mm=height, width_mm=width, area_mm2=area))
+    on = {side: together(replace(called, side=side), T_part_burr, clouds) for side in ("protrusion", "nick")}
+    weighed = {side: one.log_odds if one else 0.0 for side, one in on.items()}
+    shown = on[side_of(log_odds + weighed["protrusion"] - weighed["nick"])]
+    if shown is None or shown.burr.side == called.side:
+        return shown
+    height, width, area = (Value(float(value), float("inf")) for value in shown.values[1:])
+    return shown._replace(burr=replace(shown.burr, height_mm=height, width_mm=width, area_mm2=area))
 
 
-def sized(ridge: Ridge, axis: Axis, T_part_burr: Floats) -> Burr:
+def sized(shown: Shown, axis: Axis, T_part_burr: Floats) -> Burr:
     """A burr with angle, height, width, area and volume as all looks show them together.
 
     The calls' own sizes keep their weight beside that: where one rolled over has several heights at one place
@@ -167,7 +165,7 @@ def sized(ridge: Ridge, axis: Axis, T_part_burr: Floats) -> Burr:
 
     Parameters
     ----------
-    ridge
+    shown
         What looks show of it.
     axis
         Of the part, in the burr's frame of reference.
@@ -175,10 +173,10 @@ def sized(ridge: Ridge, axis: Axis, T_part_burr: Floats) -> Burr:
         (4, 4) its pose in the part frame.
 
     """
-    burr = ridge.burr
-    walls = walls_share(burr) * np.array([0.0, 1.0, 0.0, 1.0]) * ridge.values
-    sigma = np.hypot(ridge.sigma, walls)
-    own = [Value(float(value), float(one)) for value, one in zip(ridge.values, sigma, strict=True)]
+    burr = shown.burr
+    walls = walls_share(burr) * np.array([0.0, 1.0, 0.0, 1.0]) * shown.values
+    sigma = np.hypot(shown.sigma, walls)
+    own = [Value(float(value), float(one)) for value, one in zip(shown.values, sigma, strict=True)]
     (x, y), (dx, dy) = T_part_burr[:2, 3], T_part_burr[:2, 1]
     r_mm = float(np.hypot(x, y))
     angle = Value(0.0, float(np.radians(burr.angle_deg.sigma)) * r_mm)

@@ -59,9 +59,9 @@ def _pose(called: Burr) -> Floats:
 def _measured(called: Burr, looks: list[Cloud], pose: Floats | None = None) -> Burr:
     """The burr as looks show it on the side that it was called on."""
     pose = _pose(called) if pose is None else pose
-    ridge = together(called, pose, looks)
-    assert ridge is not None
-    return sized(ridge, axis(), pose)
+    shown = together(called, pose, looks)
+    assert shown is not None
+    return sized(shown, axis(), pose)
 
 
 def _dented(looks: list[Cloud]) -> list[Cloud]:
@@ -176,14 +176,14 @@ def test_the_vertices_of_all_looks_tell_a_side_that_calls_mistook(side: str) -> 
         looks = _dented(looks)
     mistaken = replace(_called(0.6, 0.001), side="nick" if side == "protrusion" else "protrusion")
     votes = 2.0 * np.log(0.99 / 0.01) * mistaken.sign
-    ridge = sided(mistaken, votes, _pose(mistaken), looks)
-    assert ridge is not None
-    assert ridge.burr.side == side
-    found = sized(ridge, axis(), _pose(mistaken))
+    shown = sided(mistaken, votes, _pose(mistaken), looks)
+    assert shown is not None
+    assert shown.burr.side == side
+    found = sized(shown, axis(), _pose(mistaken))
     assert found.side == side
     assert found.height_mm.value == pytest.approx(0.43, abs=0.04)
     assert found.width_mm.value == pytest.approx(_WIDTH_MM, abs=0.25)
-    assert 0.999 * ridge.sigma[1] < found.height_mm.sigma < 0.25
+    assert 0.999 * shown.sigma[1] < found.height_mm.sigma < 0.25
 
 
 def test_a_side_stays_where_the_vertices_show_none() -> None:
@@ -191,8 +191,8 @@ def test_a_side_stays_where_the_vertices_show_none() -> None:
     flat = [_cloud(n, 0.0) for n in range(4)]
     for side, sign in (("protrusion", 1.0), ("nick", -1.0)):
         called = replace(_called(0.5, 0.2), side=side)  # type: ignore[arg-type]
-        ridge = sided(called, 9.0 * sign, _pose(called), flat)
-        assert ridge is None or ridge.burr.side == side
+        shown = sided(called, 9.0 * sign, _pose(called), flat)
+        assert shown is None or shown.burr.side == side
     called = replace(_called(0.3, 0.1), side="nick")
     uneven = [_cloud(n, 0.2, scale=scale) for n, scale in enumerate((1.6, 0.0, -0.4, 1.2))]
     faint = together(replace(called, side="protrusion"), _pose(called), uneven)
@@ -206,9 +206,9 @@ def test_a_side_stays_where_the_vertices_show_none() -> None:
 
 def test_the_odds_of_a_height_are_students() -> None:
     """Of three looks: twice the deviation has (1 + 4 / 2)^1.5 times the density that it has of no height."""
-    ridge = together(_called(0.5, 0.2), _pose(_called(0.5, 0.2)), [_cloud(n, 0.8) for n in range(3)])
-    assert ridge is not None
-    twice = ridge._replace(values=np.array([0.0, 2.0, 1.0, 1.0]), sigma=np.ones(4), looks=3)
+    shown = together(_called(0.5, 0.2), _pose(_called(0.5, 0.2)), [_cloud(n, 0.8) for n in range(3)])
+    assert shown is not None
+    twice = shown._replace(values=np.array([0.0, 2.0, 1.0, 1.0]), sigma=np.ones(4), looks=3)
     assert twice.log_odds == pytest.approx(1.5 * np.log(3.0))
     assert twice._replace(values=-twice.values).log_odds == 0.0
 
