@@ -134,6 +134,8 @@ def _call(
     clouds: list[Cloud],
     rig: Rig,
 ) -> Call:
+    if np.isnan(burr.width_mm.value):  # of an outline only: no wider than it is high, or hardly
+        burr = replace(burr, width_mm=burr.height_mm)
     _, across, over = _towards(burr.T_mesh_burr)
     baseline = burr.T_mesh_burr[:3, :3].T @ rig.projector_centre_mm
     faced = bool(facing(over, across, baseline[0], baseline[1]))

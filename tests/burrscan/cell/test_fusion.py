@@ -68,6 +68,17 @@ def test_a_burr_that_is_called_is_measured_by_all_looks() -> None:
     assert place.burr.height_mm.sigma < 0.1
 
 
+def test_what_only_an_outline_shows_has_a_width() -> None:
+    """A mill's lanes follow from it, and which calls are of one burr: one of two looks knows none."""
+    prior, known = PosePrior(sigma_mm=0.05, sigma_deg=0.01), burr(height_mm=0.8, significance=40.0)
+    outline = replace(known, width_mm=Value(np.nan, np.nan), area_mm2=Value(np.nan, np.nan))
+    for first in (known, outline):
+        looks = [_look(0, -14.0, first), _look(1, 13.0, outline)]
+        (place,) = fused(looks, rig(), prior=prior, burrs=2.0).places
+        assert len(place.calls) == 2
+        assert np.isfinite(place.burr.width_mm.value)
+
+
 def test_a_place_that_stayed_open_when_it_was_faced_is_worth_half() -> None:
     chart = chart_of(generatrix())
     rolled = np.eye(4)
