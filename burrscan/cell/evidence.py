@@ -202,10 +202,15 @@ def _same(one: Call, other: Call) -> bool:
 
 def _apart(one: Call, other: Call) -> float:
     """Distance across the burrs, mm: of the middle of the shorter from the line of the longer."""
-    long, short = sorted((one, other), key=lambda call: -call.burr.length_mm.value)
-    step = np.linalg.inv(long.T_plate_burr) @ short.T_plate_burr[:, 3]
-    along = max(abs(float(step[0])) - 0.5 * float(long.burr.length_mm.value), 0.0)
-    return float(np.linalg.norm([along, *step[1:3]]))
+    long, step = _from_longer((one.burr, one.T_plate_burr), (other.burr, other.T_plate_burr))
+    along = max(abs(float(step[0])) - 0.5 * float(long.length_mm.value), 0.0)
+    return float(np.linalg.norm([along, *step[1:]]))
+
+
+def _from_longer(*burrs: tuple[Burr, Floats]) -> tuple[Burr, Floats]:
+    """The longer of two burrs with their poses, and where (3,) the middle of the shorter is in its axes."""
+    (long, T_long), (_, T_short) = sorted(burrs, key=lambda one: -one[0].length_mm.value)
+    return long, np.asarray((np.linalg.inv(T_long) @ T_short[:, 3])[:3])
 
 
 class _Told(NamedTuple):
@@ -357,13 +362,12 @@ def distinct(places: Sequence[Place], T_part_plate: Floats) -> tuple[Place, ...]
 
 def _overlap(one: Burr, other: Burr, T_part_plate: Floats) -> bool:
     """Whether two bases may overlap, as far as their angles are known."""
-    long, short = sorted((one, other), key=lambda burr: -burr.length_mm.value)
-    along, across, above = (np.linalg.inv(long.T_mesh_burr) @ short.T_mesh_burr[:, 3])[:3]
+    long, step = _from_longer((one, one.T_mesh_burr), (other, other.T_mesh_burr))
     x, y = (T_part_plate @ long.T_mesh_burr)[:2, 3]
     unsure_mm = np.radians(np.hypot(one.angle_deg.sigma, other.angle_deg.sigma)) * np.hypot(x, y)
     half = 0.5 * (one.width_mm.value + other.width_mm.value)
     reach = 0.5 * long.length_mm.value, half + _UNSURE * unsure_mm, _SAME_MM
-    return bool(np.all(np.abs([along, across, above]) < reach))
+    return bool(np.all(np.abs(step) < reach))
 
 
 def side_log_odds(calls: Sequence[Call]) -> float:

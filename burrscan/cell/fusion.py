@@ -15,7 +15,7 @@ from burrscan.cell.evidence import Call, Place, distinct, joined, side_log_odds
 from burrscan.cell.flatness import bare
 from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
-from burrscan.cell.sizes import Cloud, sided, sized
+from burrscan.cell.sizes import Cloud, sided, sides, sized
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.pipeline import Outcome
@@ -154,7 +154,7 @@ def _measured(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud
     if not place.certain:
         return place
     T_part_burr = T_part_plate @ place.burr.T_mesh_burr
-    shown = sided(place.burr, side_log_odds(place.calls), T_part_burr, clouds)
+    shown = sided(place.burr, side_log_odds(place.calls), sides(place.burr, T_part_burr, clouds))
     return place if shown is None else replace(place, burr=sized(shown, axis, T_part_burr))
 
 

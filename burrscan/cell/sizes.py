@@ -7,7 +7,7 @@ answers some of them: over the curve that all looks share they are one section.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from burrscan.burrs.shape.along import height_of
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import first_ridge, fit_ridge
 from burrscan.cell.chart import beside, line_of
-from burrscan.inspection import Axis, Burr, Value, side_of
+from burrscan.inspection import Axis, Burr, Side, Value, side_of
 
 _BESIDE_MM = 3.0
 """Of the surface beside a base: as wide as the widest burr that is looked for, for a call may be of one
@@ -87,12 +87,12 @@ class Cloud(NamedTuple):
     px_mm: float
 
 
-def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown | None:
-    """A burr, on the side that it has, as the vertices of all looks show it.
+def sides(called: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> dict[Side, Shown]:
+    """What the vertices of all looks show of a burr, as a protrusion and as a nick.
 
     Parameters
     ----------
-    burr
+    called
         Joined of its calls.
     T_part_burr
         (4, 4) its pose in the part frame.
@@ -101,9 +101,9 @@ def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown 
 
     Returns
     -------
-    Shown or None
-        None where it goes around the axis (it lies on an edge, beside which nothing is unrolled), where fewer
-        than two looks have measured it, and where nothing rises on that side.
+    dict
+        Without a side on which nothing rises. Empty where the burr goes around the axis (it lies on an edge,
+        beside which nothing is unrolled), and where fewer than two looks have measured it.
 
     Notes
     -----
@@ -113,23 +113,29 @@ def together(burr: Burr, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown 
 
     """
     if line_of(T_part_burr):
-        return None
-    looks = [(_near(burr, T_part_burr, cloud), cloud.px_mm) for cloud in clouds]
+        return {}
+    looks = [(_near(called, T_part_burr, cloud), cloud.px_mm) for cloud in clouds]
     patches = [patch for patch, _ in looks if patch is not None]
     if len(patches) < 2:
-        return None
+        return {}
     pitch_mm = float(np.median([px_mm for patch, px_mm in looks if patch is not None]))
+    either = [replace(called, side=side_of(sign)) for sign in (1.0, -1.0)]
+    shown = [_shown(burr, patches, pitch_mm) for burr in either]
+    return {one.burr.side: one for one in shown if one is not None}
+
+
+def _shown(burr: Burr, patches: Sequence[Patch], pitch_mm: float) -> Shown | None:
     whole = _fitted(patches, burr, pitch_mm)
     if whole is None:
         return None
-    without = [_fitted(patches[:n] + patches[n + 1 :], burr, pitch_mm) for n in range(len(patches))]
+    without = [_fitted([*patches[:n], *patches[n + 1 :]], burr, pitch_mm) for n in range(len(patches))]
     rest = np.array([np.zeros(4) if one is None else one.values for one in without])
     alike = NO_TRIANGLE * whole.values[[2, 1, 2, 3]]  # a middle is off by a share of the width
     sigma = np.sqrt((len(rest) - 1) * rest.var(axis=0) + alike**2 + whole.sigmas**2)
     return Shown(burr, whole.values, sigma, len(patches))
 
 
-def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[Cloud]) -> Shown | None:
+def sided(called: Burr, log_odds: float, on: Mapping[Side, Shown]) -> Shown | None:
     """A burr on the side that calls and vertices tell together.
 
     Parameters
@@ -138,8 +144,8 @@ def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[C
         Joined of its calls.
     log_odds
         Of a protrusion against a nick, as the calls have it.
-    T_part_burr, clouds
-        As in :func:`together`.
+    on
+        What the vertices show on either side: :func:`sides`.
 
     Returns
     -------
@@ -148,9 +154,7 @@ def sided(called: Burr, log_odds: float, T_part_burr: Floats, clouds: Sequence[C
         calls' sizes. None where the vertices show nothing on that side.
 
     """
-    on = {side: together(replace(called, side=side), T_part_burr, clouds) for side in ("protrusion", "nick")}
-    weighed = {side: one.log_odds if one else 0.0 for side, one in on.items()}
-    shown = on[side_of(log_odds + weighed["protrusion"] - weighed["nick"])]
+    shown = on.get(side_of(log_odds + sum(one.burr.sign * one.log_odds for one in on.values())))
     if shown is None or shown.burr.side == called.side:
         return shown
     height, width, area = (Value(float(value), float("inf")) for value in shown.values[1:])
@@ -194,7 +198,7 @@ def sized(shown: Shown, axis: Axis, T_part_burr: Floats) -> Burr:
 
 
 def _near(burr: Burr, T_part_burr: Floats, cloud: Cloud) -> Patch | None:
-    """A look's vertices around a burr; None where it has not measured it."""
+    """A look's vertices around a burr, outwards up; None where it has not measured it."""
     u, v, above = beside(T_part_burr, cloud.points_mm).T
     reach = 0.5 * burr.length_mm.value, 0.5 * burr.width_mm.value + _BESIDE_MM
     near = (np.abs(u) < reach[0] + _BESIDE_MM) & (np.abs(v) < reach[1]) & (np.abs(above) < _ABOVE_MM)
@@ -202,7 +206,7 @@ def _near(burr: Burr, T_part_burr: Floats, cloud: Cloud) -> Patch | None:
     if np.count_nonzero(np.abs(u[near]) < reach[0]) < _FEWEST:
         return None
     sigma = np.hypot(cloud.sigma_mm[near], NO_TRIANGLE * burr.height_mm.value)
-    return Patch(u[near], v[near], burr.sign * cloud.deviation_mm[near], sigma)
+    return Patch(u[near], v[near], cloud.deviation_mm[near], sigma)
 
 
 def _fitted(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> _Fit | None:
@@ -211,7 +215,7 @@ def _fitted(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> _Fit | Non
         np.concatenate(each)
         for each in zip(*((p.u_mm, p.v_mm, p.lift_mm, p.sigma_mm) for p in patches), strict=True)
     )
-    patch, half = Patch(u, v, lift, sigma), 0.5 * burr.length_mm.value
+    patch, half = Patch(u, v, burr.sign * lift, sigma), 0.5 * burr.length_mm.value
     spacing_mm = pitch_mm / len(patches)
     first = first_ridge(patch, spacing_mm=spacing_mm, start=(-half, half))
     if first is None:

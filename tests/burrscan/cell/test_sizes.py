@@ -10,7 +10,7 @@ import pytest
 
 from burrscan.arrays import Floats
 from burrscan.cell.chart import beside, walked
-from burrscan.cell.sizes import Cloud, sided, sized, together
+from burrscan.cell.sizes import Cloud, Shown, sided, sides, sized
 from burrscan.inspection import Burr, Value
 from tests.burrscan.cell.parts import RADIUS_MM, axis, burr
 
@@ -54,6 +54,11 @@ def _called(height_mm: float, sigma_mm: float) -> Burr:
 
 def _pose(called: Burr) -> Floats:
     return np.array(called.T_mesh_burr)
+
+
+def together(called: Burr, pose: Floats, looks: list[Cloud]) -> Shown | None:
+    """What all looks show of it on the side that it was called on."""
+    return sides(called, pose, looks).get(called.side)
 
 
 def _measured(called: Burr, looks: list[Cloud], pose: Floats | None = None) -> Burr:
@@ -176,7 +181,7 @@ def test_the_vertices_of_all_looks_tell_a_side_that_calls_mistook(side: str) -> 
         looks = _dented(looks)
     mistaken = replace(_called(0.6, 0.001), side="nick" if side == "protrusion" else "protrusion")
     votes = 2.0 * np.log(0.99 / 0.01) * mistaken.sign
-    shown = sided(mistaken, votes, _pose(mistaken), looks)
+    shown = sided(mistaken, votes, sides(mistaken, _pose(mistaken), looks))
     assert shown is not None
     assert shown.burr.side == side
     found = sized(shown, axis(), _pose(mistaken))
@@ -191,14 +196,14 @@ def test_a_side_stays_where_the_vertices_show_none() -> None:
     flat = [_cloud(n, 0.0) for n in range(4)]
     for side, sign in (("protrusion", 1.0), ("nick", -1.0)):
         called = replace(_called(0.5, 0.2), side=side)  # type: ignore[arg-type]
-        shown = sided(called, 9.0 * sign, _pose(called), flat)
+        shown = sided(called, 9.0 * sign, sides(called, _pose(called), flat))
         assert shown is None or shown.burr.side == side
     called = replace(_called(0.3, 0.1), side="nick")
     uneven = [_cloud(n, 0.2, scale=scale) for n, scale in enumerate((1.6, 0.0, -0.4, 1.2))]
     faint = together(replace(called, side="protrusion"), _pose(called), uneven)
     assert faint is not None
     assert 0.3 < faint.log_odds < 6.0
-    kept, turned = (sided(called, votes, _pose(called), uneven) for votes in (-9.0, -0.1))
+    kept, turned = (sided(called, votes, sides(called, _pose(called), uneven)) for votes in (-9.0, -0.1))
     assert kept is None or kept.burr.side == "nick"
     assert turned is not None
     assert turned.burr.side == "protrusion"
