@@ -9,6 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.along_edges.call import along_edges
 from burrscan.burrs.bodies import TALLEST_MM, tallest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
@@ -141,6 +142,7 @@ def burrs_residual(
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
     if sight is not None:
+        burrs += along_edges(sight, axis, generatrix, called=burrs)
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
 

@@ -1,0 +1,1 @@
+"""Burrs along an edge that dark or mirroring flanks keep out of the depth, told by light."""

@@ -1,0 +1,240 @@
+"""The pixels along an edge of the part: how far along it each lies, and how far beside it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from burrscan.arrays import Bools, Floats, Ints
+from burrscan.axis.basis import T_part_mesh
+from burrscan.generatrix.polyline import Polyline, is_closed
+from burrscan.inspection import Axis
+from burrscan.pose import placed
+from burrscan.sight import Sight
+
+REACH = 8
+"""Pixels to either side of an edge: three for a burr, as many for what is beside it, and two between."""
+_TURNS = np.radians(30.0)
+"""By so much at least the curve turns at an edge, from one of the chords below to the next."""
+_CHORD = (0.75, 3.0)
+"""Where the chords before and after an edge begin and end, in pixels from it."""
+_SHARPEST = 0.98
+"""Of the largest turn: about a sharp corner all places within half a chord's gap turn as much."""
+_STEP = 0.25
+"""Of the curve and of an edge, in pixels."""
+_FACED = 0.3
+"""Cosine, 73 degrees, at which camera and projector meet a face at least: else its pixels see too much."""
+_SEEN = (3, 5.0)
+"""An edge is seen where within so many pixels of the picture a point was measured that is within so many
+pixels' size of it."""
+_FEWEST = 200
+"""Pixels along an edge: fewer tell nothing about what its light is like."""
+
+
+class Strip(NamedTuple):
+    """Pixels (P,) along a convex edge, or along an open end of the curve.
+
+    Parameters
+    ----------
+    place
+        (2,) of the edge (z, r), part frame.
+    normal
+        (2,) outward normal (z, r) of the faces that meet there, their mean.
+    row, column
+        (P,) pixels.
+    arc_px, off_px
+        (P,) how far along the edge's image, from its first pixel, and how far beside it.
+    angle
+        (P,) around the axis, radians, part frame.
+    from_mirror
+        (P,) radians to where a rounding would mirror the projector into the camera.
+    pixel_mm
+        A pixel's size on the part.
+
+    """
+
+    place: Floats
+    normal: Floats
+    row: Ints
+    column: Ints
+    arc_px: Floats
+    off_px: Floats
+    angle: Floats
+    from_mirror: Floats
+    pixel_mm: float
+
+
+class _Edge(NamedTuple):
+    """Place (z, r), and the directions in which its faces lie: before it and after it, None for no face."""
+
+    place: Floats
+    before: Floats | None
+    after: Floats | None
+
+
+class _Scene(NamedTuple):
+    """What was seen, and camera and projector, part frame, with a pixel's size on the part."""
+
+    sight: Sight
+    T_camera_part: Floats
+    eye: Floats
+    lamp: Floats
+    pixel_mm: float
+
+    def in_picture(self, part_mm: Floats) -> Floats:
+        """(N, 2) pixels (x, y) of points (N, 3) of the part frame."""
+        return self.sight.rig.camera.project(placed(self.T_camera_part, part_mm))
+
+
+class _Circle(NamedTuple):
+    """Half of an edge, which the camera may see: angles (N,), points in the part frame, pixels (x, y)."""
+
+    angle: Floats
+    part: Floats
+    xy: Floats
+
+
+def strips(sight: Sight, axis: Axis, line: Polyline) -> list[Strip]:
+    """One for each edge of the ideal surface that the scan shows. O(pixels near edges × log).
+
+    ``line`` is the ideal curve, and all is as the scan was calibrated: where no burr is, the edge is there.
+    """
+    T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
+    eye, lamp = sight.rig.centres_mm(T_part_camera)
+    T_camera_part = np.asarray(np.linalg.inv(T_part_camera), np.float64)
+    pixel_mm = float(np.linalg.norm(eye)) / sight.rig.camera.fx
+    scene = _Scene(sight, T_camera_part, eye, lamp, pixel_mm)
+    edges = (edge for edge in _edges(line, pixel_mm) if edge.place[1] > REACH * pixel_mm)
+    found = (_strip(edge, _circle(edge, scene), scene) for edge in edges)
+    return [strip for strip in found if strip is not None]
+
+
+def _edges(line: Polyline, pixel_mm: float) -> list[_Edge]:
+    """Convex corners, where the curve turns within a few pixels, and the open ends. O(length in pixels)."""
+    found = []
+    for first, last in line.pieces:
+        nodes = line.nodes_mm[first : last + 1]
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(nodes, axis=0).T))])
+        if along[-1] < 4.0 * pixel_mm:
+            continue
+
+        def on(at: Floats, nodes: Floats = nodes, along: Floats = along) -> Floats:
+            return np.stack([np.interp(at, along, nodes[:, 0]), np.interp(at, along, nodes[:, 1])], axis=1)
+
+        near, far = (reach * pixel_mm for reach in _CHORD)
+        at = np.arange(2.0 * near, along[-1] - 2.0 * near, _STEP * pixel_mm)
+        before, after = (_unit(on(at + sign * far) - on(at + sign * near)) for sign in (-1.0, 1.0))
+        turn = np.arctan2(
+            before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], -(before * after).sum(axis=1)
+        )
+        while len(turn) and turn.max() > _TURNS:
+            beside = np.abs(at - at[int(turn.argmax())]) < 0.5 * far
+            corner = int(np.median(np.flatnonzero(beside & (turn > _SHARPEST * turn.max()))))
+            found.append(_Edge(on(at[[corner]])[0], before[corner], after[corner]))
+            turn[np.abs(at - at[corner]) < 1.5 * far] = 0.0
+        if not is_closed(nodes):
+            ends = on(np.array([0.0, far, along[-1] - far, along[-1]]))
+            found.append(_Edge(ends[0], None, _unit(ends[[1]] - ends[[0]])[0]))
+            found.append(_Edge(ends[3], _unit(ends[[2]] - ends[[3]])[0], None))
+    return found
+
+
+def _unit(vectors: Floats) -> Floats:
+    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-12)[:, None]
+    return unit
+
+
+def _circle(edge: _Edge, scene: _Scene) -> _Circle:
+    half = np.arange(0.0, 0.5 * np.pi, _STEP * scene.pixel_mm / edge.place[1])
+    angle = np.arctan2(scene.eye[1], scene.eye[0]) + np.concatenate([-half[:0:-1], half])
+    part = _around(edge.place, angle)
+    return _Circle(angle, part, scene.in_picture(part))
+
+
+def _around(place: Floats, angle: Floats) -> Floats:
+    """Points, or directions, (N, 3) of a (z, r) pair at so many angles."""
+    z, r = place
+    return np.stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)], axis=1)
+
+
+def _strip(edge: _Edge, circle: _Circle, scene: _Scene) -> Strip | None:
+    """The pixels beside a visible edge that see one of its faces; None for too few."""
+    seen = np.flatnonzero(_seen(circle, scene))
+    if len(seen) < _FEWEST:
+        return None
+    radiance = scene.sight.radiance
+    tangent = _unit(np.gradient(circle.xy, axis=0))
+    beside = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+    x, y, nearest = _pixels_near(circle.xy[seen], radiance.shape)
+    nearest = seen[nearest]
+    away = np.stack([x, y], axis=1) - circle.xy[nearest]
+    off = (away * beside[nearest]).sum(axis=1)
+    known = (np.abs((away * tangent[nearest]).sum(axis=1)) < 1.0) & np.isfinite(radiance[y, x])
+    known &= _on_a_face(edge, circle, beside, off, nearest, scene)
+    if np.count_nonzero(known) < _FEWEST:
+        return None
+    x, y, off, nearest = x[known], y[known], off[known], nearest[known]
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(circle.xy, axis=0), axis=1))])[nearest]
+    half_way = _unit(scene.eye - circle.part) + _unit(scene.lamp - circle.part)
+    mirror = np.arctan2(half_way[:, 1], half_way[:, 0]) - circle.angle
+    return Strip(
+        edge.place,
+        _unit(np.sum([normal for _, normal in _faces(edge)], axis=0)[None])[0],
+        y,
+        x,
+        arc - arc.min(),
+        off,
+        circle.angle[nearest],
+        ((mirror + np.pi) % (2.0 * np.pi) - np.pi)[nearest],
+        scene.pixel_mm,
+    )
+
+
+def _faces(edge: _Edge) -> list[tuple[Floats, Floats]]:
+    """Where the faces of an edge lie, (z, r), and their outward normals: material is right of the curve."""
+    faces = ((edge.before, -1.0), (edge.after, 1.0))
+    return [(face, way * np.array([-face[1], face[0]])) for face, way in faces if face is not None]
+
+
+def _seen(circle: _Circle, scene: _Scene) -> Bools:
+    """(N,) where the edge lies in the picture and something was measured beside it: nothing hides it."""
+    height, width = scene.sight.radiance.shape
+    reach, near = _SEEN
+    x, y = np.rint(circle.xy).astype(np.int64).T
+    inside = (x > REACH) & (x < width - REACH - 1) & (y > REACH) & (y < height - REACH - 1)
+    seen = np.zeros(len(inside), np.bool_)
+    at = np.flatnonzero(inside)
+    points_mm, edge_mm = scene.sight.points_mm, placed(scene.T_camera_part, circle.part[at])
+    for right in range(-reach, reach + 1):
+        for down in range(-reach, reach + 1):
+            gap = np.linalg.norm(points_mm[y[at] + down, x[at] + right] - edge_mm, axis=1)
+            seen[at] |= gap < near * scene.pixel_mm  # NaN is not near
+    return seen
+
+
+def _pixels_near(xy: Floats, shape: tuple[int, int]) -> tuple[Ints, Ints, Ints]:
+    """Pixels (x, y) within reach of some places in the picture, and the nearest place of each."""
+    low = np.maximum(np.floor(xy.min(axis=0)).astype(int) - REACH, 0)
+    high = np.minimum(np.ceil(xy.max(axis=0)).astype(int) + REACH + 1, [shape[1], shape[0]])
+    y, x = (grid.ravel() for grid in np.mgrid[low[1] : high[1], low[0] : high[0]])
+    distance, nearest = cKDTree(xy).query(np.stack([x, y], axis=1), distance_upper_bound=REACH + 1.0)
+    near = np.isfinite(distance)
+    return x[near], y[near], np.asarray(nearest, np.int64)[near]
+
+
+def _on_a_face(
+    edge: _Edge, circle: _Circle, beside: Floats, off: Floats, nearest: Ints, scene: _Scene
+) -> Bools:
+    """(P,) which pixels lie on the side of a face that camera and projector both meet, or on the edge."""
+    on = np.zeros(len(off), np.bool_)
+    for face, outward in _faces(edge):
+        normal = _around(outward, circle.angle)
+        cosines = [(normal * _unit(each - circle.part)).sum(axis=1) for each in (scene.eye, scene.lamp)]
+        inner = circle.part + _CHORD[1] * scene.pixel_mm * _around(face, circle.angle)
+        towards = scene.in_picture(inner) - circle.xy
+        side = np.sign((towards * beside).sum(axis=1))[nearest]
+        faced = (np.minimum(*cosines) > _FACED)[nearest]
+        on |= faced & ((np.sign(off) == side) | (np.abs(off) < 0.5))
+    return on

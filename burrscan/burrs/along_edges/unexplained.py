@@ -1,0 +1,121 @@
+"""What light along an edge has that edge and faces do not explain, and where depth is not the surface's.
+
+Beside an edge a pixel sees shares of its two faces that depend on how far from the edge it lies, by fractions
+of a pixel (the edge-spread function of a slanted edge, ISO 12233). The faces show what they are like a few
+pixels further in. So along each half-pixel beside the edge light is a mixture of theirs, with shares that
+change little along it; and a rounding adds a glint where it mirrors the projector.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from burrscan.arrays import Floats
+from burrscan.burrs.along_edges.strips import REACH, Strip
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
+
+_FACES = (5.0, 8.0)
+"""Pixels beside an edge between which its faces show what they are like: a burr is narrower."""
+_SMOOTH = 2.0
+"""Pixels along the edge over which that is smoothed: less than what a burr is long, more than noise."""
+_ROW = 0.5
+"""Width of a row of alike pixels: the edge-spread function changes little over it."""
+_GLINTS = np.radians([3.0, 8.0, 20.0])
+"""Widths of the glint of a rounding, from polished to turned metal."""
+_DARK = 0.05
+"""Of the median light along the edge; less is shadow, whose shares of anything are noise."""
+_FEWEST = 40
+"""Pixels of a row: it has twelve unknowns."""
+_STEPS = (4, 8)
+"""Of reweighting: first with weights that shut nothing out, then with those that do."""
+_ODD = 4.5
+"""Robust deviations of its row from which a depth is odd."""
+_FEWEST_DEPTHS = 20
+"""Of a row of pixels; with fewer none of it is known to be odd, and what has none is."""
+
+
+def unexplained(strip: Strip, radiance: Floats) -> Floats:
+    """(P,) light over what explains it, less one; NaN where that is unknown. O(P).
+
+    ``radiance`` is the strip's pixels' light, (P,).
+    """
+    faces = _faces_light(strip, radiance)
+    share = np.full(len(radiance), np.nan)
+    lit = faces.max(axis=1) > _DARK * float(np.median(radiance))
+    along = 2.0 * strip.arc_px / max(float(strip.arc_px.max()), 1.0) - 1.0
+    for low in np.arange(-float(REACH), float(REACH), _ROW):
+        row = np.flatnonzero((strip.off_px >= low) & (strip.off_px < low + _ROW) & lit)
+        if len(row) >= _FEWEST:
+            aside = (strip.off_px[row] - low) / _ROW - 0.5
+            models = _models(faces[row], along[row], aside, strip.from_mirror[row])
+            share[row] = _rest(models, radiance[row], 1.0 / faces[row].max(axis=1))
+    return share
+
+
+def _faces_light(strip: Strip, radiance: Floats) -> Floats:
+    """(P, 2) what the faces before and behind the edge are like beside each pixel; 0 where there is none."""
+    length = int(strip.arc_px.max()) + 2
+    light = np.zeros((len(radiance), 2))
+    for face, side in enumerate((-1.0, 1.0)):
+        inner = (side * strip.off_px > _FACES[0]) & (side * strip.off_px < _FACES[1])
+        at = np.rint(strip.arc_px[inner]).astype(np.int64)
+        sums = np.bincount(at, radiance[inner], length), np.bincount(at, minlength=length).astype(np.float64)
+        total, count = (ndimage.gaussian_filter1d(each, _SMOOTH) for each in sums)
+        mean = np.where(count > 0.2, total / np.maximum(count, 0.2), 0.0)
+        light[:, face] = np.interp(strip.arc_px, np.arange(length), mean)
+    return light
+
+
+def _models(faces: Floats, along: Floats, aside: Floats, from_mirror: Floats) -> list[Floats]:
+    """What light may be made of: (N, 6) the faces, changing along the edge and aside of it; (N, 2) glints.
+
+    Shares that bend along the edge as well would be like a long burr.
+    """
+    x, beside = along[:, None], aside[:, None]
+    mixed = np.hstack([faces, faces * x, faces * beside])
+    glints = np.exp(-0.5 * (from_mirror[:, None] / _GLINTS) ** 2) * float(faces.mean())
+    return [mixed, *(np.hstack([glint, glint * beside]) for glint in np.split(glints, len(_GLINTS), axis=1))]
+
+
+def _rest(models: list[Floats], light: Floats, scale: Floats) -> Floats:
+    """What is left of light beside a robust fit, times ``scale``: Tukey's weights, from a convex start.
+
+    A glint adds light: one that would take some away is none (active sets, Lawson & Hanson 1974).
+    """
+    weight = np.ones(len(light))
+    rest = np.zeros(len(light))
+    mixed, glints = models[0], models[1:]
+    for step in range(sum(_STEPS)):
+        by = (weight * scale)[:, None]
+        while True:
+            model = np.hstack([mixed, *glints])
+            fit = np.linalg.lstsq(model * by, light * by[:, 0], rcond=1e-8)[0]
+            bright = [float(fit[mixed.shape[1] + 2 * number]) >= 0.0 for number in range(len(glints))]
+            if all(bright):
+                break
+            glints = [glint for glint, adds in zip(glints, bright, strict=True) if adds]
+        rest = (light - model @ fit) * scale
+        size = np.abs(rest) / (SIGMA_PER_MEDIAN * float(np.median(np.abs(rest))) + 1e-6)
+        inside = np.maximum(1.0 - (size / TUKEY) ** 2, 0.0)
+        weight = 1.0 / np.sqrt(1.0 + size**2) if step < _STEPS[0] else inside
+    return rest
+
+
+def odd_depths(strip: Strip, deviation_mm: Floats) -> Floats:
+    """(P,) 1 where a pixel has no depth, or not that of its row along the edge, else 0; NaN: unknown. O(P).
+
+    ``deviation_mm`` (P,) from the ideal surface, NaN without depth. A row is a pixel wide.
+    """
+    odd = np.full(len(deviation_mm), np.nan)
+    known = np.isfinite(deviation_mm)
+    number = np.floor(strip.off_px).astype(np.int64)
+    for row in np.unique(number):
+        on = np.flatnonzero(number == row)
+        depths = deviation_mm[on][known[on]]
+        odd[on] = ~known[on]
+        if len(depths) >= _FEWEST_DEPTHS:
+            middle = float(np.median(depths))
+            spread = SIGMA_PER_MEDIAN * float(np.median(np.abs(depths - middle))) + 1e-3
+            odd[on] = ~(np.abs(deviation_mm[on] - middle) <= _ODD * spread)
+    return odd

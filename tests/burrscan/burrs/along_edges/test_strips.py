@@ -1,0 +1,101 @@
+"""Which edges of a curve are looked at, and what pixels beside them are where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burrscan.arrays import Floats
+from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.along_edges.strips import REACH, strips
+from burrscan.burrs.along_edges.unexplained import odd_depths, unexplained
+from burrscan.generatrix.polyline import Polyline, join
+from tests.burrscan.burrs.light.scene import Scene
+
+
+def _line(*nodes_zr: tuple[float, float]) -> Polyline:
+    return join([np.array(nodes_zr)])
+
+
+def _places(scene: Scene, line: Polyline) -> list[tuple[float, float]]:
+    found = strips(scene.sight(), scene.axis, line)
+    return sorted((round(float(z)), round(float(r))) for z, r in (strip.place for strip in found))
+
+
+def test_convex_corners_and_open_ends_that_are_seen_are_edges() -> None:
+    """A collar: its shoulder's outer corner is an edge, its root none; its far end lies deeper than seen."""
+    scene = Scene()
+    collar = _line((-50.0, 90.0), (0.0, 90.0), (0.0, 83.0), (50.0, 83.0))
+    assert _places(scene, collar) == [(-50, 90), (0, 90)]
+    assert _places(scene, _line((-50.0, 90.0), (50.0, 90.0))) == [(-50, 90), (50, 90)]
+
+
+def test_a_root_is_no_edge() -> None:
+    """The same shoulder seen from the other side of its curve: a groove's wall down to what is measured."""
+    groove = _line((-50.0, 97.0), (0.0, 97.0), (0.0, 90.0), (50.0, 90.0))
+    assert _places(Scene(), groove) == [(50, 90)]
+
+
+def test_a_closed_curve_has_no_ends() -> None:
+    ring = _line((-50.0, 90.0), (50.0, 90.0), (50.0, 60.0), (-50.0, 60.0), (-50.0, 90.0))
+    assert _places(Scene(), ring) == [(50, 90)]  # where a closed curve begins is none, if it is a corner
+
+
+@pytest.mark.parametrize("direction", [(0.0, 1.0, 0.0), (0.2, 1.0, 0.1)])
+def test_pixels_lie_on_the_face_and_where_they_are_said_to_be(direction: tuple[float, float, float]) -> None:
+    scene = Scene(direction=direction)
+    half = len(scene.points) // 2
+    for strip in strips(scene.sight(), scene.axis, _full(scene)):
+        assert np.all(scene.on[strip.row, strip.column] | (np.abs(strip.off_px) < 1.0))
+        assert np.abs(strip.off_px).max() <= REACH + 1.0
+        on = scene.on[strip.row, strip.column]
+        points = scene.points[strip.row, strip.column][on]
+        part = points @ T_part_mesh(scene.axis.point_mm, scene.axis.direction)[:3, :3].T
+        part = part + T_part_mesh(scene.axis.point_mm, scene.axis.direction)[:3, 3]
+        turn = np.arctan2(part[:, 1], part[:, 0]) - strip.angle[on]
+        assert np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi).max() * scene.radius_mm < 10.0
+        from_edge = np.abs(part[:, 2] - strip.place[0])
+        assert np.corrcoef(from_edge, np.abs(strip.off_px[on]))[0, 1] > 0.95
+        mirrored = strip.from_mirror[np.argsort(strip.arc_px)]
+        assert mirrored[:half].mean() * mirrored[-half:].mean() < 0.0  # the mirror's place lies between
+
+
+def _full(scene: Scene) -> Polyline:
+    return _line(*np.stack([scene.generatrix.z_mm, scene.generatrix.r_mm], axis=1).tolist())
+
+
+def test_light_that_faces_explain_leaves_nothing_and_what_they_do_not_is_left() -> None:
+    scene = Scene(light_noise=0.0)
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    on = scene.on[strip.row, strip.column]
+    light = np.where(on, np.exp(scene.log_light[strip.row, strip.column]), 0.0)
+    rest = unexplained(strip, light)
+    assert np.nanquantile(np.abs(rest[on & (np.abs(strip.off_px) > 1.0)]), 0.9) < 0.02
+    stretch = (np.abs(strip.arc_px - 60.0) < 10.0) & on & (np.abs(strip.off_px) < 3.0)
+    assert np.nanmedian(unexplained(strip, light * np.where(stretch, 0.5, 1.0))[stretch]) == pytest.approx(
+        -0.5, abs=0.05
+    )
+
+
+def test_a_glint_is_explained_and_its_opposite_is_not() -> None:
+    scene = Scene(light_noise=0.0)
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    light = np.exp(scene.log_light[strip.row, strip.column])
+    shape = np.exp(-0.5 * (strip.from_mirror / np.radians(6.0)) ** 2) * (np.abs(strip.off_px) < 2.0)
+    middle = (shape > 0.8) & (np.abs(strip.off_px) < 1.5)
+    assert np.nanmax(np.abs(unexplained(strip, light * (1.0 + shape))[middle])) < 0.1
+    assert np.nanmedian(unexplained(strip, light * (1.0 - 0.7 * shape))[middle]) < -0.3
+
+
+def test_odd_are_depths_that_miss_or_are_far_off_their_row() -> None:
+    scene = Scene()
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    rng = np.random.default_rng(1)
+    deviation: Floats = 0.1 * np.floor(strip.off_px) + 0.02 * rng.normal(size=len(strip.row))
+    high, low, missing, usual = np.split(rng.permutation(len(strip.row)), [40, 80, 120])
+    deviation[high] += 0.3
+    deviation[low] -= 0.3
+    deviation[missing] = np.nan
+    odd = odd_depths(strip, deviation)
+    assert min(odd[each].mean() for each in (high, low, missing)) > 0.95
+    assert odd[usual].mean() < 0.01
