@@ -89,7 +89,8 @@ def burrs_residual(
         fixture, and no burr; see :mod:`burrscan.burrs.bodies`.
     several_views
         Other views will confirm or deny what this one shows. So it also calls what may be an edge of
-        brightness (a scratch, say), which one view alone leaves out: :mod:`burrscan.burrs.light.flat`.
+        brightness (a scratch, say), which one view alone leaves out: :mod:`burrscan.burrs.light.flat`. And
+        burrs along edges of which it has no depth are left to them: :mod:`burrscan.burrs.along_edges`.
 
     Returns
     -------
@@ -141,7 +142,7 @@ def burrs_residual(
         ]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
-    if sight is not None:
+    if sight is not None and not several_views:
         burrs += along_edges(sight, axis, generatrix, called=burrs)
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))

