@@ -25,8 +25,8 @@ _GAP = 1
 """Pixels between those and the end, which lies within one."""
 _STEP = 13.5
 """Robust deviations, of what such means differ by along this edge, by which light changes at both ends. With
-this and 9 below 77 of 204 rendered burrs on edges are seen, and on none of 608 scans what is none; with 12 and
-8 94 and three, with 12 and 9 85 and three, with 10 and 9 91 and seven."""
+this and 9 below 77 of 204 rendered burrs on edges are seen, and on none of 608 scans what is none; with 12
+and 8 94 and three, with 12 and 9 85 and three, with 10 and 9 91 and seven."""
 _NO_NOISE = 0.01
 """Least such deviation: models of light are no better."""
 _ALIKE = 0.3
