@@ -21,6 +21,7 @@ from burrscan.burrs.reach import (
     FEWEST,
     WINDOWS,
     WINDOWS_SEEN,
+    between_steps,
     further,
     reach_of,
     runs_of,
@@ -190,17 +191,18 @@ def _ends(line: Polyline) -> list[_End]:
 class _Edge(NamedTuple):
     """How much further than usual each column of an end reaches (NaN: not known), and the radius there.
 
-    With the number of vertices in each column that lie further than usual.
+    With the number of vertices in each column that lie further than usual, and which columns tell what is.
     """
 
     off_mm: Floats
     radius_mm: float
     vertices: Ints
+    usual: Bools
 
     @property
     def scatter_mm(self) -> float:
         """Robust standard deviation of what is usual."""
-        return SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(self.off_mm)))
+        return SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(self.off_mm[self.usual])))
 
 
 def _columns(angle: Floats, columns: int, field: Field) -> Ints:
@@ -218,12 +220,16 @@ def _edge(end: _End, ahead: Floats, angle: Floats, field: Field, *, bent: bool) 
     known = np.isfinite(reach)
     if np.count_nonzero(known) < FEWEST:
         return None
-    usual = usual_reach(reach, known, field.spacing_mm / np.sqrt(12.0), bent=bent)
+    stepped = between_steps(reach / field.spacing_mm, known) if bent else np.zeros(columns, np.bool_)
+    tell = known & ~stepped
+    if np.count_nonzero(tell) < FEWEST:
+        return None
+    usual = usual_reach(reach, tell, field.spacing_mm / np.sqrt(12.0), bent=bent)
     off = np.where(known, reach - usual, np.nan)
-    if np.mean(np.abs(off[known]) < field.spacing_mm) < _STRAIGHT:
+    if np.mean(np.abs(off[tell]) < field.spacing_mm) < _STRAIGHT:
         return None
     further_on = (ahead > usual[column]) & (ahead <= reach[column])
-    return _Edge(off, radius, np.bincount(column[further_on], minlength=columns))
+    return _Edge(off, radius, np.bincount(column[further_on], minlength=columns), tell)
 
 
 def _hidden(edge: _Edge, before: Floats, field: Field) -> bool:
@@ -238,8 +244,8 @@ def _beyond(edge: _Edge, field: Field, tallest_mm: float, *, seen: bool) -> list
     """The columns that go on where most end, in runs; without the gaps within them."""
     off, radius, columns = edge.off_mm, edge.radius_mm, len(edge.off_mm)
     windows = WINDOWS_SEEN if seen else WINDOWS
-    beyond = further(off / field.spacing_mm, windows, closed=field.closed)
-    if np.count_nonzero(beyond) > _MOST * np.count_nonzero(np.isfinite(off)):
+    beyond = further(off / field.spacing_mm, windows, usual=edge.usual, closed=field.closed)
+    if np.count_nonzero(beyond & edge.usual) > _MOST * np.count_nonzero(edge.usual):
         return []
     found = []
     for run in runs_of(beyond, closed=field.closed):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,8 @@ WINDOWS_SEEN: Windows = ((1, BEYOND), (9, 1.0), (27, 0.8))
 """The same in the outline of one view, in which pixels err by half of one, each for itself."""
 _SIGMAS = 6.0
 """By so many times the scatter of such means, too."""
+_STEP = 1.0
+"""Vertex spacings by which the mean of nine columns steps out, and in, at least."""
 _KNOWN = 0.7
 """Share of a window's columns that must be known."""
 _FLANK, _GUARD = 9, 2
@@ -78,10 +81,37 @@ def usual_reach(reach: Floats, known: Bools, sigma_mm: float, *, bent: bool) -> 
     return middle
 
 
-def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
+def between_steps(reach: Floats, known: Bools) -> Bools:
+    """Columns from where an edge steps out to where it steps in again, however many they are.
+
+    What is usual hangs on most columns; a step hangs on those beside it. ``reach`` is in vertex spacings.
+    """
+    found = np.zeros(len(reach), np.bool_)
+    size, gap = _FLANK, _GUARD + _FLANK // 2 + 1
+    share = ndimage.uniform_filter1d(known.astype(float), size, mode="constant")
+    mean = ndimage.uniform_filter1d(np.where(known, reach, 0.0), size, mode="constant") / np.maximum(
+        share, 1e-9
+    )
+    after, before = slice(2 * gap, None), slice(None, -2 * gap)
+    full = (share[after] >= _KNOWN) & (share[before] >= _KNOWN)
+    if np.count_nonzero(full) < FEWEST:
+        return found
+    step = mean[after] - mean[before]
+    step = np.where(full, step - float(np.median(step[full])), 0.0)  # not that of a slope
+    least = max(_STEP, _SIGMAS * SIGMA_PER_MEDIAN * float(np.median(np.abs(step[full]))))
+    highest = np.abs(step) >= ndimage.maximum_filter1d(np.abs(step), 2 * gap + 1)
+    ends = np.flatnonzero(highest & (np.abs(step) > least))
+    for one, other in pairwise(ends):
+        if step[one] > 0.0 > step[other]:
+            found[one + gap : other + gap + 1] = True
+    return found & known
+
+
+def further(off: Floats, windows: Windows, *, usual: Bools, closed: bool) -> Bools:
     """Columns that run on: alone, or in the mean with those beside them.
 
-    ``off`` is in vertex spacings, NaN where nothing is known.
+    ``off`` is in vertex spacings, NaN where nothing is known; ``usual`` are the columns that tell how far it
+    scatters.
     """
     mode: Literal["wrap", "constant"] = "wrap" if closed else "constant"
     known = np.isfinite(off)
@@ -94,8 +124,9 @@ def further(off: Floats, windows: Windows, *, closed: bool) -> Bools:
         full = share >= _KNOWN
         if not full.any():
             continue
-        middle = float(np.median(mean[full]))
-        scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(mean[full] - middle)))
+        tell = full & usual if (full & usual).any() else full
+        middle = float(np.median(mean[tell]))
+        scatter = SIGMA_PER_MEDIAN * float(np.median(np.abs(mean[tell] - middle)))
         centres = full & (mean - middle > max(least, _SIGMAS * scatter))
         level = ndimage.maximum_filter1d(np.where(centres, mean, 0.0), size, mode=mode)
         found |= (level > 0.0) & known & (values > 0.5 * level)

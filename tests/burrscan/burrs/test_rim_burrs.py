@@ -447,6 +447,46 @@ def test_an_outline_that_steps_out_by_a_pixel_is_a_burr(
     assert outlines(seen, up_rad=up_rad)[0] == ()
 
 
+@pytest.mark.parametrize("arc_deg", [55.0, 65.0])
+def test_a_burr_may_take_half_of_an_outline(monkeypatch: pytest.MonkeyPatch, arc_deg: float) -> None:
+    """What is usual hangs on most columns, a step on those beside it."""
+    seen = from_above(rim(0.0, arc_deg, 1.2, 1.0, "axial"), up_rad=-0.15)
+    (burr,), _ = outlines(seen, up_rad=-0.15)
+    assert burr.angle_deg.value == pytest.approx(0.0, abs=1.0)
+    assert burr.length_mm.value == pytest.approx(np.radians(arc_deg) * _RADIUS_MM, abs=2.5)
+    assert abs(burr.height_mm.value - 1.2) < 3.0 * burr.height_mm.sigma
+    assert burr.height_mm.sigma < 0.35  # scatter of what is usual
+    monkeypatch.setattr(past_end, "between_steps", lambda reach, _: np.zeros(len(reach), np.bool_))
+    assert outlines(seen, up_rad=-0.15)[0] == ()
+
+
+def test_columns_between_a_step_out_and_a_step_in() -> None:
+    """Of any number; not those of a slope, of one step alone, of a step in, of noise, nor unknown ones."""
+    rng = np.random.default_rng(2)
+    noise = 0.5 * rng.normal(size=200)
+    at = np.arange(200)
+    known = np.ones(200, np.bool_)
+    for start, stop in ((60, 90), (30, 150)):
+        burr = (at >= start) & (at < stop)
+        found = reach.between_steps(noise + 2.5 * burr + 0.02 * at, known)
+        assert np.abs(np.flatnonzero(found)[[0, -1]] - [start, stop - 1]).max() <= 4
+        assert found.sum() == pytest.approx(stop - start, abs=6)
+        some = rng.random(200) > 0.1
+        assert not (reach.between_steps(np.where(some, noise + 2.5 * burr, -np.inf), some) & ~some).any()
+    bumps = {
+        "slope": 0.05 * at,
+        "step": 3.0 * (at > 100),
+        "in and out": -3.0 * (np.abs(at - 100) < 30),
+        "hill": 3.0 * np.exp(-0.5 * ((at - 100) / 30.0) ** 2),
+        "noise": np.zeros(200),
+        "more noise": 4.0 * noise,
+    }
+    for name, bump in bumps.items():
+        assert not reach.between_steps(noise + bump, known).any(), name
+    assert not reach.between_steps(0.01 * noise + 0.6 * burr, known).any()  # less than a vertex
+    assert not reach.between_steps(noise[:20], known[:20]).any()
+
+
 @some_of("up_rad", [-0.15, 0.03, 0.2], first=2)
 @pytest.mark.parametrize("name", ["paper", "cone"])
 def test_an_outline_without_steps_has_none(name: str, up_rad: float) -> None:
