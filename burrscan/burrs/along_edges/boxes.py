@@ -36,7 +36,7 @@ _BETWEEN = 0.8
 _FEWEST = 10
 """Pixels that a burr is long at least: glints of polished edges are shorter."""
 _MARGIN = 20
-"""Pixels at either end of a strip, more than a ramp, of which nothing is said: there it turns out of sight."""
+"""Pixels at either end of a strip, more than a ramp, of which nothing is said: it turns out of sight."""
 _OTHER_ROWS = 0.4
 """Share of the change of light that the pixels next to it may have: what goes on across the edge is a mirror
 image, a shadow, a stain or a burr along the axis."""
