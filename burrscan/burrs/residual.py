@@ -142,8 +142,9 @@ def burrs_residual(
         ]
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
-    if sight is not None and not several_views:
-        burrs += along_edges(sight, axis, generatrix, called=burrs)
+    if sight is not None:
+        if not several_views:
+            burrs += along_edges(sight, axis, generatrix, called=burrs)
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
 

@@ -204,6 +204,8 @@ def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
     cells = scene.band(0.0, 5.0, -15.0, 12.0)
     scene.lift_mm[cells] -= 3.0 * (1.0 - np.abs(scene.around[cells]) / 2.5)
     (plain,), (burr,) = (burrs_of(scene, seen=seen) for seen in (False, True))
+    (of_many,) = burrs_of(scene, seen=True, several_views=True)
+    assert of_many.height_mm == burr.height_mm
     assert burr.side == plain.side == "nick"
     assert walls_share(burr) > 0.2
     assert burr.height_mm.value == plain.height_mm.value
