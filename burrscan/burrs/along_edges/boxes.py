@@ -91,7 +91,7 @@ class _Sums:
         return mean
 
 
-def boxes(strip: Strip, light: Floats, odd: Floats) -> list[Box]:
+def boxes(strip: Strip, light: Floats, odd: Bools) -> list[Box]:
     """The stretches of a strip whose light (P,), unexplained, and depths (P,), odd or not, are no edge's.
 
     O(P + length × shapes). The clearest first; they may overlap.
@@ -194,17 +194,17 @@ def _is_a_box(
     return True
 
 
-def _odder(strip: Strip, odd: Floats, rows: Bools, start: int, stop: int) -> tuple[float, float]:
+def _odder(strip: Strip, odd: Bools, rows: Bools, start: int, stop: int) -> tuple[float, float]:
     """By which share more depths are odd in a stretch than beside it, and its standard deviation."""
-    arc, known = strip.arc_px, rows & np.isfinite(odd)
+    arc = strip.arc_px
     reach = max(float(stop - start), _BESIDE_PX)
-    within = known & (arc >= start) & (arc < stop)
-    beside = known & (arc >= start - reach - 2.0) & (arc < stop + reach + 2.0)
+    within = rows & (arc >= start) & (arc < stop)
+    beside = rows & (arc >= start - reach - 2.0) & (arc < stop + reach + 2.0)
     beside &= (arc < start - 2.0) | (arc >= stop + 2.0)
     counts = int(np.count_nonzero(within)), int(np.count_nonzero(beside))
     if min(counts) < _FEWEST_DEPTHS:
         return 0.0, 1.0
-    numbers = float(odd[within].sum()), float(odd[beside].sum())
+    numbers = int(np.count_nonzero(odd[within])), int(np.count_nonzero(odd[beside]))
     share = (sum(numbers) + 1.0) / (sum(counts) + 2.0)
     sigma = float(np.sqrt(share * (1.0 - share) * (1.0 / counts[0] + 1.0 / counts[1])))
     return numbers[0] / counts[0] - numbers[1] / counts[1], sigma

@@ -9,10 +9,11 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
-from burrscan.generatrix.polyline import Polyline, is_closed
+from burrscan.generatrix.polyline import Polyline, is_closed, revolved
 from burrscan.inspection import Axis
 from burrscan.pose import placed
 from burrscan.sight import Sight
+from burrscan.turns import turn_rad
 
 REACH = 8
 """Pixels to either side of an edge: three for a burr, as many for what is beside it, and two between."""
@@ -149,14 +150,8 @@ def _unit(vectors: Floats) -> Floats:
 def _circle(edge: _Edge, scene: _Scene) -> _Circle:
     half = np.arange(0.0, 0.5 * np.pi, _STEP * scene.pixel_mm / edge.place[1])
     angle = np.arctan2(scene.eye[1], scene.eye[0]) + np.concatenate([-half[:0:-1], half])
-    part = _around(edge.place, angle)
+    part = revolved(edge.place[None], angle)[0]
     return _Circle(angle, part, scene.in_picture(part))
-
-
-def _around(place: Floats, angle: Floats) -> Floats:
-    """Points, or directions, (N, 3) of a (z, r) pair at so many angles."""
-    z, r = place
-    return np.stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)], axis=1)
 
 
 def _strip(edge: _Edge, circle: _Circle, scene: _Scene) -> Strip | None:
@@ -187,7 +182,7 @@ def _strip(edge: _Edge, circle: _Circle, scene: _Scene) -> Strip | None:
         arc - arc.min(),
         off,
         circle.angle[nearest],
-        ((mirror + np.pi) % (2.0 * np.pi) - np.pi)[nearest],
+        turn_rad(mirror)[nearest],
         scene.pixel_mm,
     )
 
@@ -230,9 +225,9 @@ def _on_a_face(
     """(P,) which pixels lie on the side of a face that camera and projector both meet, or on the edge."""
     on = np.zeros(len(off), np.bool_)
     for face, outward in _faces(edge):
-        normal = _around(outward, circle.angle)
+        normal, inwards = revolved(np.stack([outward, face]), circle.angle)
         cosines = [(normal * _unit(each - circle.part)).sum(axis=1) for each in (scene.eye, scene.lamp)]
-        inner = circle.part + _CHORD[1] * scene.pixel_mm * _around(face, circle.angle)
+        inner = circle.part + _CHORD[1] * scene.pixel_mm * inwards
         towards = scene.in_picture(inner) - circle.xy
         side = np.sign((towards * beside).sum(axis=1))[nearest]
         faced = (np.minimum(*cosines) > _FACED)[nearest]

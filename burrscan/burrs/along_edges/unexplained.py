@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 from burrscan.burrs.along_edges.strips import REACH, Strip
 from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
 
@@ -34,7 +34,7 @@ _STEPS = (4, 8)
 _ODD = 4.5
 """Robust deviations of its row from which a depth is odd."""
 _FEWEST_DEPTHS = 20
-"""Of a row of pixels; with fewer none of it is known to be odd, and what has none is."""
+"""Of a row of pixels; of fewer nobody knows what is usual, and only what has none is odd."""
 
 
 def unexplained(strip: Strip, radiance: Floats) -> Floats:
@@ -91,18 +91,17 @@ def _rest(faces: Floats, glints: Floats, light: Floats, scale: Floats) -> Floats
     return rest
 
 
-def odd_depths(strip: Strip, deviation_mm: Floats) -> Floats:
-    """(P,) 1 where a pixel has no depth, or not that of its row along the edge, else 0; NaN: unknown. O(P).
+def odd_depths(strip: Strip, deviation_mm: Floats) -> Bools:
+    """(P,) True where a pixel has no depth, or not that of its row along the edge. O(P).
 
     ``deviation_mm`` (P,) from the ideal surface, NaN without depth. A row is a pixel wide.
     """
-    odd = np.full(len(deviation_mm), np.nan)
     known = np.isfinite(deviation_mm)
+    odd = ~known
     number = np.floor(strip.off_px).astype(np.int64)
     for row in np.unique(number):
         on = np.flatnonzero(number == row)
         depths = deviation_mm[on][known[on]]
-        odd[on] = ~known[on]
         if len(depths) >= _FEWEST_DEPTHS:
             middle = float(np.median(depths))
             spread = SIGMA_PER_MEDIAN * float(np.median(np.abs(depths - middle))) + 1e-3

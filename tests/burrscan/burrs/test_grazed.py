@@ -13,8 +13,8 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs import residual
 from burrscan.burrs.field import Field
 from burrscan.burrs.grazed import FLATTEST, facing
-from tests.burrscan.burrs.light.scene import UPRIGHT, Scene
-from tests.burrscan.burrs.light.test_told_by_light import angle_at, burrs_of
+from tests.burrscan.burrs.light.scene import UPRIGHT, Scene, burrs_of
+from tests.burrscan.burrs.light.test_told_by_light import angle_at
 
 RADIUS_MM = 50.0
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from burrscan.arrays import Bools, Floats, Ints32
+from burrscan.arrays import Bools
 from burrscan.burrs.along_edges.call import along_edges
-from burrscan.burrs.residual import burrs_residual
 from burrscan.inspection import Burr, Side, Value
-from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene
+from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, burrs_of
 
 _TILTED = (0.2, 1.0, 0.1)
 
@@ -201,27 +200,7 @@ def test_the_default_burr_stage_calls_it_once_where_depth_shows_nothing(number: 
             cells = _stretch(scene, -25.0, 14.0)
             scene.log_light[cells] -= 0.8
             scene.lost |= cells
-        sight = scene.sight()
-        vertices, faces = _mesh(sight.points_mm)
-        found = burrs_residual(
-            vertices,
-            faces,
-            scene.axis,
-            scene.generatrix,
-            sigma_mm=scene.depth_noise_mm,
-            sight=sight,
-            several_views=several_views,
-        )
+        found = burrs_of(scene, seen=True, several_views=several_views)
         assert [one.side for one in found] == ["protrusion"] * (0 if several_views else number)
         for one in found:
             assert np.linalg.norm(one.T_mesh_burr[:3, 3] - scene.place_mm(-25.0, HALF_LENGTH_MM - 1.25)) < 1.5
-
-
-def _mesh(points_mm: Floats) -> tuple[Floats, Ints32]:
-    """Vertices and two triangles for every four neighbours that were measured."""
-    known = np.isfinite(points_mm).all(axis=2)
-    number = np.where(known, np.cumsum(known).reshape(known.shape) - 1, -1)
-    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
-    full = (a >= 0) & (b >= 0) & (c >= 0) & (d >= 0)
-    upper, lower = (np.stack([each[full] for each in three], axis=1) for three in ((a, c, b), (b, c, d)))
-    return points_mm[known], np.concatenate([upper, lower]).astype(np.int32)

@@ -8,7 +8,8 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh, origin_mm
-from burrscan.inspection import Axis, Generatrix
+from burrscan.burrs.residual import burrs_residual
+from burrscan.inspection import Axis, Burr, Generatrix
 from burrscan.sight import Sight
 from burrscan.triangulation import camera_rays
 from tests.burrscan.instrument import small_rig
@@ -110,3 +111,25 @@ def bright_line(
     cells = scene.band(at[0], width_mm, at[1], at[2])
     scene.log_light[cells] += 1.1
     scene.lift_mm[cells] -= 0.4
+
+
+def burrs_of(
+    scene: Scene, *, seen: bool, limit_mm: float | None = None, several_views: bool = False
+) -> tuple[Burr, ...]:
+    """The burrs of the scene's mesh: neighbouring pixels joined, where all have a depth."""
+    sight = scene.sight()
+    there = np.isfinite(sight.points_mm[..., 2])
+    number = np.cumsum(there).reshape(there.shape) - 1
+    whole = there[:-1, :-1] & there[1:, :-1] & there[1:, 1:] & there[:-1, 1:]
+    a, b, c, d = (n[whole] for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]).astype(np.int32)
+    return burrs_residual(
+        sight.points_mm[there],
+        faces,
+        scene.axis,
+        scene.generatrix,
+        sigma_mm=scene.depth_noise_mm,
+        sight=sight if seen else None,
+        limit_mm=limit_mm,
+        several_views=several_views,
+    )

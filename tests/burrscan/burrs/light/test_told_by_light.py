@@ -9,34 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from burrscan.burrs import burrs_residual, residual
+from burrscan.burrs import residual
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.shine import walls_share
-from burrscan.inspection import Burr, Value
-from tests.burrscan.burrs.light.scene import Scene, bright_line, dark_line
+from burrscan.inspection import Value
+from tests.burrscan.burrs.light.scene import Scene, bright_line, burrs_of, dark_line
 from tests.burrscan.parts import turned
-
-
-def burrs_of(
-    scene: Scene, *, seen: bool, limit_mm: float | None = None, several_views: bool = False
-) -> tuple[Burr, ...]:
-    """The burrs of the scene's mesh: neighbouring pixels joined, where all have a depth."""
-    sight = scene.sight()
-    there = np.isfinite(sight.points_mm[..., 2])
-    number = np.cumsum(there).reshape(there.shape) - 1
-    whole = there[:-1, :-1] & there[1:, :-1] & there[1:, 1:] & there[:-1, 1:]
-    a, b, c, d = (n[whole] for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]).astype(np.int32)
-    return burrs_residual(
-        sight.points_mm[there],
-        faces,
-        scene.axis,
-        scene.generatrix,
-        sigma_mm=scene.depth_noise_mm,
-        sight=sight if seen else None,
-        limit_mm=limit_mm,
-        several_views=several_views,
-    )
 
 
 def mirrored(scene: Scene) -> None:
