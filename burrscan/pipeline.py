@@ -24,6 +24,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Check, Generatrix, Inspection
 from burrscan.scanner import Scanner
+from burrscan.sideways import by_columns
 from burrscan.sight import Sight, sight_of
 from burrscan.strays import WILD, beyond
 from burrscan.surface import Surface
@@ -140,7 +141,8 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     Parameters
     ----------
     scanner
-        The instrument.
+        The instrument. Where its baseline runs along its projector's columns, the scan counts the projector's
+        raster a quarter turn on (:mod:`burrscan.sideways`).
     pipeline
         Which variant does what.
 
@@ -153,6 +155,7 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
     from burrscan.meshing import surface as surface_of  # noqa: PLC0415 (numba kernels a mesh user never needs)
 
     check(pipeline)
+    scanner = by_columns(scanner)
     timings: dict[str, float] = {}
     scan = _timed(timings, "scan", stage_function(pipeline.scan, "scan"), scanner)
     _noted("scan", _typed, scan, Scan, f"scan method '{pipeline.scan.method}'")

@@ -19,6 +19,7 @@ from burrscan.captures.document import ScanDocument
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.scan import METHODS
+from burrscan.sideways import by_columns
 from burrscan.variants import resolve
 from scenes.scene import SceneSpec, scene_hash
 from scenes.simulate import Simulation, simulate
@@ -96,7 +97,7 @@ def _write(
     sheets: tuple[CameraSheet, ProjectorSheet] | None,
 ) -> None:
     recorder = RecordingScanner(simulation.scanner(sheets=sheets), folder, scan=scan)
-    strategy(recorder)
+    strategy(by_columns(recorder))
     recorder.close()
     document = asdict(simulation.scene) | {"hash": scene_hash(simulation.scene)}
     (folder / "scene.json").write_text(json.dumps(document, indent=1) + "\n", "utf-8")

@@ -85,7 +85,8 @@ class ColourScanner(SimulatedScanner):
     def _projected_bands(self, patterns: Patterns) -> list[Floats32]:
         """Light of each band (F, H, W) as it leaves the projector."""
         sheet = self._scene.projector.sheet
-        primaries = [emission(patterns.frames[..., k], sheet.primary(k).light) for k in range(len(BANDS))]
+        frames = self._raster(patterns.frames)
+        primaries = [emission(frames[..., k], sheet.primary(k).light) for k in range(len(BANDS))]
         if all(one.strides[1] == 0 for one in primaries):  # columns stay broadcast
             shape = primaries[0].shape
             rows = [one[:, :1] for one in primaries]

@@ -85,7 +85,8 @@ class RigSpec:
     baseline_mm
         Distance of the projector from the camera.
     baseline_azimuth_deg
-        Direction of the projector in the camera's xy plane: 0 to its right, 90 below it.
+        Direction of the projector in the camera's xy plane: 0 to its right, 90 below it, where rows
+        tell depth: scans count the projector's raster a quarter turn on (:mod:`burrscan.sideways`).
     projector_roll_deg
         Turn of the projector about its own optical axis.
     projector_target_mm

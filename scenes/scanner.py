@@ -9,6 +9,7 @@ from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.rig import Rig
 from burrscan.scanner import Patterns
+from burrscan.sideways import across_columns, on_its_side, runs_along_columns
 from scenes.electronics.drift import falloff, per_picture, shifted
 from scenes.electronics.sensor import expose
 from scenes.light import Light
@@ -78,7 +79,7 @@ class SimulatedScanner:
         self._check(patterns, exposure_ms)
         first = self._taken
         self._taken += len(patterns)
-        emitted = emission(patterns.frames, self._scene.projector.sheet.light)
+        emitted = emission(self._raster(patterns.frames), self._scene.projector.sheet.light)
         received = self._received(self._light, emitted, first)
         return expose(
             received,
@@ -107,6 +108,10 @@ class SimulatedScanner:
                 f"{self._rig.projector.shape}"
             )
 
+    def _raster(self, frames: Levels) -> Levels:
+        """Frames in the raster that light was traced for, whose columns lie across the baseline."""
+        return on_its_side(frames) if runs_along_columns(self._scene.rig.rig()) else frames
+
     def _received(self, light: Light, emitted: Floats32, first: int) -> Floats32:
         """Light on the sensor, (F, h, w), when the projector's lamp emits (F, H, W)."""
         received = light.relight(self._projected(emitted, first))
@@ -125,7 +130,7 @@ class SimulatedScanner:
             gain = 1.0 + spec.flicker * self._drawn("projector flicker", first, len(light), 1)
             light = light * gain[:, :, None].astype(np.float32)
         if spec.vignetting:
-            light = light * falloff(self._scene.rig.rig().projector, spec.vignetting)
+            light = light * falloff(across_columns(self._scene.rig.rig()).projector, spec.vignetting)
         shake = self._scene.vibration.projector_px
         return (
             shifted(light, shake * self._drawn("projector vibration", first, len(light), 2))

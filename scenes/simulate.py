@@ -12,6 +12,7 @@ from typing import Any
 from burrscan.arrays import Floats
 from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.scanner import Scanner
+from burrscan.sideways import across_columns, runs_along_columns
 from scenes.colour import BANDS, MONO, ColourScanner
 from scenes.finish import Channels
 from scenes.light import Light, stock_light
@@ -109,9 +110,9 @@ def simulate(
 
 
 def optics_of(scene: SceneSpec) -> Optics:
-    """The true rig of a scene, with its lenses."""
+    """The true rig of a scene, columns across the baseline (:mod:`burrscan.sideways`), with its lenses."""
     return Optics(
-        rig=scene.rig.rig(),
+        rig=across_columns(scene.rig.rig()),
         standoff_mm=scene.rig.standoff_mm,
         camera_aperture_mm=scene.rig.camera.aperture_mm,
         projector_aperture_mm=scene.rig.projector.aperture_mm,
@@ -151,6 +152,7 @@ def _light(
         mi.__version__,
         mi.variant(),
         *([] if band == "mono" else [band]),
+        *(["on its side"] if runs_along_columns(scene.rig.rig()) else []),
         *map(dataclasses.asdict, milled),
     )
     transport = stored(

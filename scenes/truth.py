@@ -26,13 +26,13 @@ class Truth:
     wheel
         The part, with its generatrix and its burrs, in the part frame.
     rig
-        The true rig.
+        The true rig, columns across the baseline (:mod:`burrscan.sideways`), as scans count them.
     T_part_camera
         (4, 4) camera to part coordinates.
     points_mm
         (h, w, 3) surface behind each pixel centre, camera frame, NaN where there is none.
     u_px, v_px
-        Projector pixel that lights that point; NaN where it is not lit.
+        Projector pixel that lights that point, in the raster of ``rig``; NaN where it is not lit.
     u_response_px, v_response_px
         The same weighted by the direct light of the pixel's whole footprint: what a perfect decoder reads.
     direct, indirect

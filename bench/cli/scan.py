@@ -70,11 +70,13 @@ def _capture(given: argparse.Namespace) -> tuple[dict[str, Any], Any]:
     from burrscan.captures.replay import replay
     from burrscan.captures.sheets import read_sheets
     from burrscan.meshing import surface as surface_of
+    from burrscan.sideways import quarter_turned, runs_along_columns
 
     sheets = read_sheets(given.sheets) if given.sheets else None
     scan, scanner = replay(given.folder, method=given.scan, sheets=sheets, trusted=given.trust)
     rig = read_rig(given.rig) if given.rig else scanner.rig
-    surface = surface_of(scan.correspondence, rig, radiance=scan.radiance)
+    told = quarter_turned(rig) if runs_along_columns(scanner.rig) else rig
+    surface = surface_of(scan.correspondence, told, radiance=scan.radiance)
     summary = {
         "folder": str(given.folder),
         "strategy": given.scan or (scanner.scan.method if scanner.scan else "found by its shots"),
@@ -142,9 +144,9 @@ def _measured(
     raster: tuple[int, int],
 ) -> tuple[dict[str, Any], Any]:
     """The summary with what was decoded, and the surface where there is a calibration."""
-    from burrscan.captures.rows import along_baseline
     from burrscan.errors import InputError
     from burrscan.meshing import surface as surface_of
+    from burrscan.sideways import along_baseline
 
     summary |= _decoded(correspondence)
     if rig is None:

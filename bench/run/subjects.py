@@ -26,6 +26,7 @@ from bench.synthetic.spec import MeshSpec, mesh_from, scanned
 from burrscan.arrays import Bools, Floats
 from burrscan.linear import linear_camera
 from burrscan.pipeline import Pipeline, inspect_surface, run
+from burrscan.sideways import by_columns
 from scenes.bound import Bounds, bounds_of
 from scenes.detectability import burr_dprimes, dprime_squared, other_side
 from scenes.light import Light
@@ -157,7 +158,7 @@ def _others(scene: SceneSpec, identity: tuple[int, ...], store: Path | Store | N
 
 
 def _scan(simulation: Simulation, pipeline: Pipeline, others: _Others | None) -> Look:
-    scanner = WatchedScanner(simulation.scanner())
+    scanner = WatchedScanner(by_columns(simulation.scanner()))
     outcome = run(scanner, pipeline)
     dprimes = _dprimes(simulation, scanner, others.bare if others else None)
     side = np.array(_dprimes(simulation, scanner, others.reversed if others else None))

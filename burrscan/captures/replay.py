@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from burrscan.devices import CameraSheet, ProjectorSheet
 from burrscan.errors import InputError
 from burrscan.rig import Rig
 from burrscan.scan import METHODS
+from burrscan.sideways import along_baseline, by_columns, runs_along_columns
 from burrscan.variants import check_parameters, resolve, shipped_only
 
 _NOISES = 6.0
@@ -44,6 +47,10 @@ def replay(
         In place of the folder's own.
     trusted
         Whether ``capture.json`` may name code of anyone's, ``"module:function"``, which is then imported.
+
+    Returns
+    -------
+    The scan, in the raster of :func:`burrscan.sideways.across_columns` of the scanner's rig; the scanner.
 
     Raises
     ------
@@ -88,15 +95,32 @@ def _first(
 ) -> tuple[Scan, FolderScanner]:
     """The first strategy that gets through; else the error of the one that got furthest."""
     furthest: tuple[int, InputError] | None = None
-    for strategy in strategies:
+    for strategy, scan_with in product(strategies, (_by_columns, _as_it_stands)):
         scanner = fresh()
         try:
-            return strategy(scanner), scanner
+            return scan_with(strategy, scanner), scanner
         except InputError as error:
             if furthest is None or scanner.replayed > furthest[0]:
                 furthest = scanner.replayed, error
     assert furthest is not None
     raise furthest[1]
+
+
+def _by_columns(strategy: Callable[..., Scan], scanner: FolderScanner) -> Scan:
+    return strategy(by_columns(scanner))
+
+
+def _as_it_stands(strategy: Callable[..., Scan], scanner: FolderScanner) -> Scan:
+    """Where the projector must lie on its side for that: columns and rows recorded as it stands."""
+    if not runs_along_columns(scanner.rig):
+        raise InputError("nothing else to try")
+    scan = strategy(scanner)
+    if scan.correspondence.v_px is None:
+        raise InputError(
+            "these pictures tell the projector's columns alone, along which the baseline of this rig runs: "
+            "depth is in the rows; record a strategy with this rig.json, or columns and rows ('both')"
+        )
+    return replace(scan, correspondence=along_baseline(scan.correspondence, scanner.rig)[0])
 
 
 def refuse_dark(scanner: FolderScanner, folder: Path) -> None:

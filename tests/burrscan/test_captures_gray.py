@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from burrscan import CameraSheet, Correspondence, InputError, Rig
+from burrscan import CameraSheet, Correspondence, InputError
 from burrscan.arrays import Floats, Image, Ints
 from burrscan.captures.gray_folder import (
     GrayCapture,
@@ -21,9 +21,6 @@ from burrscan.captures.gray_folder import (
     read_gray_folder,
 )
 from burrscan.captures.opencv import read_opencv_rig
-from burrscan.captures.rows import along_baseline, exchanged
-from burrscan.triangulation import triangulate
-from tests.burrscan.instrument import plane_depth, small_rig
 from tests.data import HERE, captures, place
 
 
@@ -185,25 +182,6 @@ def test_folders_that_hold_no_capture(tmp_path: Path) -> None:
         decoded(tmp_path / "none")
     with pytest.raises(InputError, match="no numbered pictures"):
         decoded(tmp_path)
-
-
-def test_exchanged_axes_are_the_same_geometry() -> None:
-    """Rows of a rig whose projector stands below triangulate as columns of the exchanged rig."""
-    rig = small_rig(distortion=(-0.1, 0.02, 0.002, -0.001, 0.0))
-    turn = np.array([[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    below = Rig(rig.camera, rig.projector, turn @ rig.T_projector_camera)
-    rays = rig.camera.rays(rig.camera.pixel_grid())
-    points = rays * plane_depth(rays)[..., None]
-    uv = below.correspond(points)
-    ones = np.full(uv.shape[:2], 0.1, np.float32)
-    seen = Correspondence(uv[..., 0].astype(np.float32), ones, ones > 0, uv[..., 1].astype(np.float32), ones)
-    by_rows, exchanged_rig = along_baseline(seen, below)
-    found, sigma = triangulate(by_rows, exchanged_rig)
-    assert np.abs(found - points).max() < 0.02
-    assert np.isfinite(sigma).all()
-    again = exchanged(exchanged_rig)
-    assert again.projector == below.projector
-    assert np.allclose(again.T_projector_camera, below.T_projector_camera)
 
 
 def without(folder: Path, *, ends: bool) -> None:
