@@ -19,25 +19,47 @@ _FINE = 1000
 
 
 def seen(light: Callable[[Floats], Floats]) -> tuple[Floats, float]:
-    """(3,) light of the pixels around -1, 0 and 1, and where the middle one's centroid is, by summing."""
-    x = (np.arange(3 * _FINE) + 0.5) / _FINE - 1.5
-    each = light(x).reshape(3, _FINE)
-    return each.mean(axis=1), float((x.reshape(3, _FINE)[1] * each[1]).sum() / each[1].sum())
+    """(5,) light of the pixels around -2 to 2, and where the middle one's centroid is, by summing."""
+    x = (np.arange(5 * _FINE) + 0.5) / _FINE - 2.5
+    each = light(x).reshape(5, _FINE)
+    return each.mean(axis=1), float((x.reshape(5, _FINE)[2] * each[2]).sum() / each[2].sum())
 
 
-def image_of(pixels: Floats, direction: int) -> Floats:
-    """The pixels along one direction, the same in the other."""
-    image = np.broadcast_to(pixels, (3, 3)).copy()
-    return image.T if direction == 0 else image
+def found(pixels: Floats, direction: int) -> tuple[float, float]:
+    """Centroid and sigma of the middle pixel of an image that shows the pixels along one direction."""
+    image = np.broadcast_to(pixels, (3, len(pixels))).copy()
+    middle = (1, len(pixels) // 2)
+    at = middle[::-1] if direction == 0 else middle
+    centroid, sigma = centroids(image.T if direction == 0 else image, direction)
+    return float(centroid[at]), float(sigma[at])
 
 
 @pytest.mark.parametrize("direction", [0, 1])
-@pytest.mark.parametrize("slope", [-0.6, -0.1, 0.02, 0.3, 0.6])
-def test_a_ramp_is_one_end_of_the_interval(direction: int, slope: float) -> None:
+@pytest.mark.parametrize("rate", [-2.3, -0.6, -0.02, 0.1, 0.7, 1.6])
+def test_light_that_falls_exponentially_has_its_own_centroid(direction: int, rate: float) -> None:
+    pixels, truth = seen(lambda x: np.exp(rate * x))
+    centroid, sigma = found(pixels, direction)
+    assert centroid == pytest.approx(truth, abs=2e-6)
+    assert sigma < 0.1
+    assert np.sign(centroid) == np.sign(rate)
+
+
+@pytest.mark.parametrize("slope", [-0.3, -0.1, 0.02, 0.35])
+def test_a_ramp_is_within_its_sigma(slope: float) -> None:
     pixels, truth = seen(lambda x: 1.0 + slope * x)
-    centroid, sigma = (each[1, 1] for each in centroids(image_of(pixels, direction), direction))
-    assert centroid - np.sign(slope) * sigma == pytest.approx(truth, abs=1e-6)
-    assert np.sign(centroid) == np.sign(slope)
+    centroid, sigma = found(pixels, 1)
+    assert abs(centroid - truth) < sigma
+    assert sigma < 0.7 * abs(truth)
+
+
+@pytest.mark.parametrize("sharpness", [0.3, 0.6])
+@pytest.mark.parametrize("off", [-3.0, -1.7, 0.0, 1.2, 2.5])
+def test_the_flank_of_a_highlight_is_within_two_sigma(sharpness: float, off: float) -> None:
+    """A lobe is no exponential; its rate changes from pixel to pixel."""
+    pixels, truth = seen(lambda x: np.exp(-0.5 * (sharpness * (x - off)) ** 2))
+    centroid, sigma = found(pixels, 1)
+    assert abs(centroid - truth) < 2.0 * sigma + 1e-3
+    assert sigma < 0.06
 
 
 @pytest.mark.parametrize("direction", [0, 1])
@@ -45,13 +67,17 @@ def test_a_ramp_is_one_end_of_the_interval(direction: int, slope: float) -> None
 @pytest.mark.parametrize("at", [-0.45, -0.2, 0.0, 0.1, 0.3, 0.49])
 def test_a_step_is_one_end_of_the_interval(direction: int, ratio: float, at: float) -> None:
     pixels, truth = seen(lambda x: np.where(x < at, 1.0, ratio))
-    centroid, sigma = (each[1, 1] for each in centroids(image_of(pixels, direction), direction))
-    assert min(abs(centroid - sigma - truth), abs(centroid + sigma - truth)) < 2e-3
-    assert abs(centroid - truth) <= 2.0 * sigma + 2e-3
+    centroid, sigma = found(pixels, direction)
+    half = sigma / 1.4
+    assert min(abs(centroid - half - truth), abs(centroid + half - truth)) < 2e-3
+    # the other end is an exponential through the same neighbours
+    rate = 0.5 * np.log(ratio)
+    fall = 0.5 / np.tanh(0.5 * rate) - 1.0 / rate
+    assert min(abs(centroid - half - fall), abs(centroid + half - fall)) < 2e-3
 
 
 def test_across_the_gradient_nothing_moves() -> None:
-    image = image_of(np.array([1.0, 2.0, 3.0]), 1)
+    image = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (3, 3))
     centroid, sigma = centroids(image, 0)
     assert (centroid[1], sigma[1]) == (pytest.approx(0.0), pytest.approx(0.0))
 
