@@ -57,6 +57,10 @@ _SOLID = 0.7
 """A burr is a surface: of so many vertices as its reach has spacings this share is there, and of its columns
 this share runs on. On burrs 0.98 and more, and all; where only the first row of another surface is seen, a
 gap beyond the edge, 0.28 to 0.62; where noise of neighbours tears the edge into teeth half of the columns."""
+_SURE = 0.4
+"""Vertex spacings that those beyond the edge may err by, in the mean, as stated: an outline is as sharp as a
+pixel, and is no news where its vertices are not. On burrs 0.01 to 0.32; 0.5 and 0.9 where a few columns had
+just enough light for a rounding that the others do not show."""
 _ROUNDING_MM = 3.0
 """Over so much of its end a curve's direction does not follow the rounding of an edge."""
 _STEEP = 0.3
@@ -96,6 +100,7 @@ def past_end(
     field: Field,
     *,
     tallest_mm: float,
+    sigma_mm: Floats | float | None = None,
     eye_mm: Floats | None = None,
     suspects: Mapping[int, Ints] | None = None,
 ) -> Outlined:
@@ -111,6 +116,8 @@ def past_end(
         Its residual field, whose vertex spacing and columns are used.
     tallest_mm
         What runs on further is no burr.
+    sigma_mm
+        Stated standard deviation of the vertices, one or (V,); None where nobody knows.
     eye_mm
         (3,) from where all of the mesh was seen, in its frame; None where nobody knows. How far the surface
         reaches is then measured across the line of sight, in which an outline is as sharp as a pixel; on a
@@ -128,6 +135,7 @@ def past_end(
     places = np.stack([profile.z_mm, profile.r_mm], axis=1)
     eye = None if eye_mm is None else placed(T_part_mesh(axis.point_mm, axis.direction), eye_mm[None])[0]
     slack = field.spacing_mm * (1.0 if eye is None else 2.0)
+    sigma = np.broadcast_to(0.0 if sigma_mm is None else sigma_mm, len(places))
     for end in ends:
         away = places - end.place
         if eye is None:
@@ -138,15 +146,16 @@ def past_end(
             leans = np.abs(ahead)  # the surface before the end, too
         near = faced & (ahead > -BEYOND * field.spacing_mm) & (ahead < 2.0 * tallest_mm)
         lies = np.abs(off) < slack + _SLOPE * leans
-        edge = _edge(end, ahead[near & lies], profile.angle[near & lies], field, bent=eye is not None)
+        on = near & lies
+        edge = _edge(end, ahead[on], profile.angle[on], sigma[on], field, bent=eye is not None)
         if edge is None:
             continue
         before = near & ~lies & (off > 0.0) & (ahead > 0.0) & (ahead < _BEFORE * field.spacing_mm)
         if eye is not None and _hidden(edge, profile.angle[before], field):
             continue
         runs = _beyond(edge, field, tallest_mm, seen=eye is not None)
-        for number, on in (suspects or {}).items():
-            run = _suspected(end, edge, on, field)
+        for number, low in (suspects or {}).items():
+            run = _suspected(end, edge, low, field)
             if len(run):
                 found.explained.add(number)
                 if not any(np.isin(run, one).any() for one in runs):
@@ -191,12 +200,14 @@ def _ends(line: Polyline) -> list[_End]:
 class _Edge(NamedTuple):
     """How much further than usual each column of an end reaches (NaN: not known), and the radius there.
 
-    With the number of vertices in each column that lie further than usual, and which columns tell what is.
+    With the number of vertices in each column that lie further than usual, the sum of what they may err by,
+    and which columns tell what is usual.
     """
 
     off_mm: Floats
     radius_mm: float
     vertices: Ints
+    doubt_mm: Floats
     usual: Bools
 
     @property
@@ -211,7 +222,9 @@ def _columns(angle: Floats, columns: int, field: Field) -> Ints:
     return np.minimum((turn * columns).astype(np.int64), columns - 1)
 
 
-def _edge(end: _End, ahead: Floats, angle: Floats, field: Field, *, bent: bool) -> _Edge | None:
+def _edge(
+    end: _End, ahead: Floats, angle: Floats, sigma: Floats, field: Field, *, bent: bool
+) -> _Edge | None:
     """The straight edge of an end; None where it has none."""
     radius = max(float(end.place[1]), field.spacing_mm)
     columns = max(int(field.arc[1] * radius / field.spacing_mm), 1)
@@ -228,8 +241,9 @@ def _edge(end: _End, ahead: Floats, angle: Floats, field: Field, *, bent: bool) 
     off = np.where(known, reach - usual, np.nan)
     if np.mean(np.abs(off[tell]) < field.spacing_mm) < _STRAIGHT:
         return None
-    further_on = (ahead > usual[column]) & (ahead <= reach[column])
-    return _Edge(off, radius, np.bincount(column[further_on], minlength=columns), tell)
+    on = (ahead > usual[column]) & (ahead <= reach[column])
+    doubt = np.bincount(column[on], sigma[on], minlength=columns).astype(float)
+    return _Edge(off, radius, np.bincount(column[on], minlength=columns), doubt, tell)
 
 
 def _hidden(edge: _Edge, before: Floats, field: Field) -> bool:
@@ -260,10 +274,11 @@ def _beyond(edge: _Edge, field: Field, tallest_mm: float, *, seen: bool) -> list
 
 
 def _solid(edge: _Edge, run: Ints, on: Ints, field: Field) -> bool:
-    """Whether there is surface all the way to where the columns of a run reach, and in most of them."""
+    """Whether there is surface, and known, to where the columns of a run reach, and in most of them."""
     within = run % len(edge.off_mm)
     far = float(np.nansum(np.maximum(edge.off_mm[within], 0.0))) / field.spacing_mm
-    full = int(edge.vertices[within].sum()) >= _SOLID * far
+    there = int(edge.vertices[within].sum())
+    full = there >= _SOLID * far and float(edge.doubt_mm[within].sum()) <= _SURE * field.spacing_mm * there
     return full and len(on) >= _SOLID * int(np.count_nonzero(np.isfinite(edge.off_mm[within])))
 
 

@@ -112,7 +112,9 @@ def burrs_residual(
     )
     eye_mm = None if sight is None else np.zeros(3)
     low = {n: field.within(one.cells) for n, one in enumerate(found) if sight is not None and one.sign < 0}
-    outlined = past_end(vertices_mm, axis, line, field, tallest_mm=tallest_mm, eye_mm=eye_mm, suspects=low)
+    outlined = past_end(
+        vertices_mm, axis, line, field, tallest_mm=tallest_mm, sigma_mm=sigma_mm, eye_mm=eye_mm, suspects=low
+    )
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
     at_mm = None if sight is None else sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction))

@@ -579,6 +579,21 @@ def test_a_nick_that_is_not_low_at_the_edge_is_the_image_of_a_burr(monkeypatch: 
     assert [side for side, _ in depth_calls(image)] == ["nick"]
 
 
+def test_an_outline_of_what_is_hardly_known_is_no_burr() -> None:
+    """A few columns have just enough light for a rounding that the others do not show."""
+    seen = from_above(rim(0.0, 30.0, 0.8, 1.0, "axial"), up_rad=0.0)
+    found = inspect_mesh(*seen)
+    shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=None)
+    line, eye = polyline_of(found.generatrix), np.array([1e5, 0.0, 0.0])
+    given = (seen[0], found.axis, line, shown)
+    radius = np.hypot(seen[0][:, 0], seen[0][:, 1])
+    burr = (seen[0][:, 2] > 20.1) & (radius > 60.0)  # the edge is at z = 20, of radius 70
+    for doubt, burrs in ((0.01, 1), (0.3, 1), (0.6, 0)):
+        sigma = np.where(burr, doubt * shown.spacing_mm, 0.01)
+        told = past_end.past_end(*given, tallest_mm=5.0, sigma_mm=sigma, eye_mm=eye)
+        assert len(told.burrs) == burrs
+
+
 def test_what_lies_low_where_the_outline_is_longer_is_a_burrs_flank() -> None:
     """A burr on the edge that leans inwards; of a nick the outline is shorter, or as long as elsewhere."""
 
