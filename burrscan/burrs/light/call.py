@@ -79,8 +79,8 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
 
     With the baseline along the burr what bounced off its flanks leaves the plane of the rays, and passes for
     no depth that all rows share: what a fifth of a place's depths exceed is its height then, where all of it
-    has some, and what is told has its weight beside that where it is surer; see :func:`_lengthways`.
-    O(cells).
+    has some, and what is told has its weight beside that where it is surer. Nothing that light tells is as
+    sure as a height that it does not contradict there; see :func:`_lengthways`. O(cells).
     """
     told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
@@ -97,7 +97,8 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
         part = _PARTLY * place.lit * max(depth.value, told.value)
         missed = share * told.sigma if share > _MUCH else 0.0
         height = Value(depth.value, float(np.sqrt(depth.sigma**2 + part**2 + missed**2)))
-        if place.told is not None:
+        sure = not doubtful and share <= _MUCH
+        if place.told is not None and not (sure and _lengthways(place, surface)):
             height = combined(height, told)
     more = max(height.sigma**2 - depth.sigma**2, 0.0)
     return with_height(burr, height, share=float(np.sqrt(more)) / height.value)
@@ -107,9 +108,9 @@ def _lengthways(place: Place, surface: Unrolled) -> bool:
     """Whether the baseline lies along a place that runs along the axis, rather than across it.
 
     Of 63 rendered burrs across it whose height the light contradicts the fit is 2.4 times as high as the burr
-    in the median, and what is told 0.95; of 58 along it the fit is 1.2, what is told 0.5, and what a fifth of
-    the place's depths exceed 0.9. Ridges are laid beside a place in the plane across it, where the projector
-    then is not.
+    in the median, and what is told 0.95; of 58 along it the fit is 1.2, and what a fifth of the place's
+    depths exceed 0.9. Where nothing is contradicted, of 36 along it, the fit is 0.99 of the height and off by
+    8 % (robustly), what is told 0.98 and off by 33; of 52 across it they are off by 20 and 26 %.
     """
     rows, columns = np.nonzero(place.cells)
     row, angle = int(np.median(rows)), float(surface.angle[columns].mean())

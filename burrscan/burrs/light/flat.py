@@ -15,7 +15,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.row_sigma import row_sigma
-from burrscan.burrs.light.section import triangulated
+from burrscan.burrs.light.section import square_to, triangulated
 from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Axis, Burr
@@ -167,12 +167,14 @@ def _largest_step(excess: Floats) -> float:
 
 def depth_of_a_pixel_mm(surface: Unrolled, row: int, column: int) -> float:
     """By how much a depth at a cell is off that the column of the neighbouring pixel tells."""
-    r, angle = float(surface.r_mm[row]), float(surface.angle[column])
-    camera, projector = surface.camera_mm[:2], surface.projector_mm[:2]
-    view = r * np.array([np.cos(angle), np.sin(angle)]) - camera
-    view = view / np.linalg.norm(view)
-    ends = []
-    for turn in (-0.5 * surface.step_mm / r, 0.5 * surface.step_mm / r):
-        lit = r * np.array([np.cos(angle + turn), np.sin(angle + turn)]) - projector
-        ends.append(triangulated(camera, view[0], view[1], projector, float(np.arctan2(lit[1], lit[0]))))
-    return float(abs(ends[1] - ends[0]))
+    r, angle, z = float(surface.r_mm[row]), float(surface.angle[column]), float(surface.z_mm[row])
+    turned = angle + np.array([0.0, -0.5, 0.5]) * surface.step_mm / r
+    place, *ends = np.stack([r * np.cos(turned), r * np.sin(turned), np.full(3, z)], axis=1)
+    square = square_to(surface.columns)
+    ray = (place - surface.camera_mm) / np.linalg.norm((place - surface.camera_mm)[:2])
+    depths = []
+    for end in ends:
+        across, along = square[1] @ (end - surface.projector_mm), square[0] @ (end - surface.projector_mm)
+        column_rad = float(np.arctan2(across, along))
+        depths.append(triangulated(surface.camera_mm, ray, surface.projector_mm, square, column_rad))
+    return float(abs(depths[1] - depths[0]))

@@ -2,9 +2,11 @@
 
 The part is cut square to its axis: a circle, and on it a triangle that stands up or is cut in. A burr along
 the axis turns no ray out of that plane but by what the ray had of the axis before, so two dimensions are
-exact for it. Materials are told by what was measured: the brightness of a parallel over the tilt between its
-normal and the half-way direction is the lobe (Torrance & Sparrow 1967), and as shares of one the same lobe
-spreads what a facet mirrors.
+exact for its light. Depth is told by the projector's columns, which are planes; where the baseline lies
+along the burr they are square to it, and only how far light went along the axis moves it over them.
+Materials are told by what was measured: the brightness of a parallel over the tilt between its normal and
+the half-way direction is the lobe (Torrance & Sparrow 1967), and as shares of one the same lobe spreads
+what a facet mirrors.
 """
 
 from __future__ import annotations
@@ -94,7 +96,13 @@ def _shone(
 
 @njit(cache=True, nogil=True)
 def seen(
-    angle: float, burr: Floats, lobes: Floats, bounces: Floats, camera: Floats, projector: Floats
+    angle: float,
+    burr: Floats,
+    lobes: Floats,
+    bounces: Floats,
+    camera: Floats,
+    projector: Floats,
+    square: Floats,
 ) -> tuple[float, float, float]:
     """What the pixel that looks at a cell of the bare circle sees.
 
@@ -108,7 +116,9 @@ def seen(
         (2, 181) brightness over :data:`TILTS_DEG`, of circle and flanks; (2, 21) shares of what is mirrored
         over :data:`BOUNCE_TILTS_DEG`.
     camera, projector
-        (2,) their centres, mm.
+        (3,) their centres, mm; the burr's row is at z = 0.
+    square
+        (2, 3) two directions square to the projector's columns and to each other.
 
     Returns
     -------
@@ -120,14 +130,14 @@ def seen(
     bx, by = burr[0] * np.cos(angle), burr[0] * np.sin(angle)
     vx, vy = bx - camera[0], by - camera[1]
     far = np.hypot(vx, vy)
-    vx, vy = vx / far, vy / far
+    vx, vy, vz = vx / far, vy / far, -camera[2] / far
     t, met = _first(camera[0], camera[1], vx, vy, burr)
     if met < 0:
         return 0.0, 0.0, 0.0
-    x, y = camera[0] + t * vx, camera[1] + t * vy
-    straight = np.arctan2(by - projector[1], bx - projector[0])
+    x, y, z = camera[0] + t * vx, camera[1] + t * vy, camera[2] + t * vz
+    straight = _column(bx, by, 0.0, projector, square)
     light = _shone(x, y, met, vx, vy, burr, lobes, projector)
-    turn = _wrapped(np.arctan2(y - projector[1], x - projector[0]) - straight)
+    turn = _wrapped(_column(x, y, z, projector, square) - straight)
     once, twice = light * turn, light * turn * turn
     normal = _normal(x, y, met, burr)
     nx, ny = np.cos(normal), np.sin(normal)
@@ -143,22 +153,43 @@ def seen(
             continue
         sx, sy = x + t * rx, y + t * ry
         more = _REFLECTANCE * bounces[min(met, 1), k] * _shone(sx, sy, other, rx, ry, burr, lobes, projector)
-        turn = _wrapped(np.arctan2(sy - projector[1], sx - projector[0]) - straight)
+        turn = _wrapped(_column(sx, sy, z + t * vz, projector, square) - straight)
         light, once, twice = light + more, once + more * turn, twice + more * turn * turn
     if light == 0.0:
         return 0.0, 0.0, 0.0
     mean = once / light
     spread = np.sqrt(max(twice / light - mean * mean, 0.0))
-    at = triangulated(camera, vx, vy, projector, straight + mean) - burr[0]
-    return light, at, abs(triangulated(camera, vx, vy, projector, straight + mean + spread) - burr[0] - at)
+    ray = np.array([vx, vy, vz])
+    at = triangulated(camera, ray, projector, square, straight + mean) - burr[0]
+    further = triangulated(camera, ray, projector, square, straight + mean + spread) - burr[0]
+    return light, at, abs(further - at)
 
 
 @njit(cache=True, nogil=True)
-def triangulated(camera: Floats, vx: float, vy: float, projector: Floats, angle: float) -> float:
-    """Radius at which the camera ray along (vx, vy) meets the projector ray of some angle."""
-    px, py = np.cos(angle), np.sin(angle)
-    t = ((projector[1] - camera[1]) * px - (projector[0] - camera[0]) * py) / (vy * px - vx * py)
-    return float(np.hypot(camera[0] + t * vx, camera[1] + t * vy))
+def _column(x: float, y: float, z: float, projector: Floats, square: Floats) -> float:
+    """Angle of the projector's column through a place, about the line of its centre along the columns."""
+    dx, dy, dz = x - projector[0], y - projector[1], z - projector[2]
+    along = square[0, 0] * dx + square[0, 1] * dy + square[0, 2] * dz
+    across = square[1, 0] * dx + square[1, 1] * dy + square[1, 2] * dz
+    return float(np.arctan2(across, along))
+
+
+@njit(cache=True, nogil=True)
+def triangulated(camera: Floats, ray: Floats, projector: Floats, square: Floats, column: float) -> float:
+    """Radius at which the camera's ray (3,) meets the projector's column of some angle."""
+    over, under = 0.0, 0.0
+    for k in range(3):
+        normal = np.cos(column) * square[1, k] - np.sin(column) * square[0, k]
+        over += normal * (projector[k] - camera[k])
+        under += normal * ray[k]
+    t = over / under
+    return float(np.hypot(camera[0] + t * ray[0], camera[1] + t * ray[1]))
+
+
+def square_to(direction: Floats) -> Floats:
+    """(2, 3) directions square to one (3,) and to each other."""
+    _, _, base = np.linalg.svd(direction[None])
+    return np.ascontiguousarray(base[1:])
 
 
 @njit(cache=True, nogil=True)
@@ -188,6 +219,7 @@ def misfits(
     floor: float,
     camera: Floats,
     projector: Floats,
+    square: Floats,
     depth_sigma: float,
 ) -> tuple[Floats, Floats]:
     """Misfits of ridges and nicks, sums of squares in sigmas.
@@ -203,7 +235,7 @@ def misfits(
         Radius of the circle, mm.
     centres, widths, aspects
         Angles, mm, and heights over widths that are tried.
-    lobes, bounces, camera, projector
+    lobes, bounces, camera, projector, square
         As of :func:`seen`.
     floor
         Light that is everywhere.
@@ -227,7 +259,9 @@ def misfits(
                     limit = min(max(found[nick, i, k], there[nick, c]), best[nick] + _FAR)
                     misfit = 0.0
                     for j in range(angles.size):
-                        shone, depth, spread = seen(angles[j], burr, lobes, bounces, camera, projector)
+                        shone, depth, spread = seen(
+                            angles[j], burr, lobes, bounces, camera, projector, square
+                        )
                         if np.isfinite(light[j]):
                             z = (np.log(shone + floor) - light[j]) / _LIGHT_SIGMA
                             misfit += min(z * z, _MOST_LIGHT)

@@ -55,6 +55,8 @@ class Unrolled:
         Size of a cell along the curve; around it is that at the largest radius.
     camera_mm, projector_mm
         (3,) their centres, part frame.
+    columns
+        (3,) direction of the projector's columns, part frame: each is a plane through its centre along it.
 
     """
 
@@ -68,6 +70,7 @@ class Unrolled:
     step_mm: float
     camera_mm: Floats
     projector_mm: Floats
+    columns: Floats
 
     def sampled(self, image: Floats, *, order: Literal[0, 1]) -> Floats:
         """(rows, columns) values of a camera image (h, w) at the cells; of order 0 or 1, 0 outside."""
@@ -99,8 +102,19 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
     reached = seen & lit & inner & on
     facing = np.minimum(from_camera, from_projector)
+    columns = T_part_camera[:3, :3] @ rig.T_projector_camera[1, :3]
     return Unrolled(
-        place[:, 0], place[:, 1], normal, angle, pixel, reached, facing, step, to_camera, to_projector
+        place[:, 0],
+        place[:, 1],
+        normal,
+        angle,
+        pixel,
+        reached,
+        facing,
+        step,
+        to_camera,
+        to_projector,
+        columns,
     )
 
 

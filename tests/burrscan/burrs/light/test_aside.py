@@ -37,6 +37,7 @@ def surface(angle: Floats, rows: int, *, camera_mm: Floats, projector_mm: Floats
     return Unrolled(
         np.arange(rows, dtype=float), np.full(rows, 50.0), np.tile([0.0, 1.0], (rows, 1)), angle,
         np.zeros((2, *shape)), np.ones(shape, bool), np.ones(shape), 0.4, camera_mm, projector_mm,
+        np.array([0.0, 0.0, 1.0]),
     )  # fmt: skip
 
 

@@ -232,6 +232,11 @@ def test_along_the_baseline_a_contradicted_height_is_what_most_of_the_place_show
     blind = replace(place, told=None, unmeasured=place.below)
     assert doubted(deep, blind, along).height_mm == doubted(deep, blind, surface).height_mm
     assert doubted(deep, blind, along).height_mm.value < 2.0
+    # what the light does not contradict is left to the depth, unless there are holes
+    fine = _like(burr, height_mm=Value(1.2, 0.3))
+    assert doubted(fine, as_told(0.1), along).height_mm == fine.height_mm
+    for told, baseline in ((as_told(0.1, unmeasured=place.below), along), (as_told(0.1), surface)):
+        assert doubted(fine, told, baseline).height_mm.value < 1.1
     # across it the height told is taken
     across = doubted(deep, as_told(0.4), surface).height_mm
     assert across.value < 1.25

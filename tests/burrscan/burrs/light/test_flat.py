@@ -7,14 +7,19 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from burrscan.arrays import Bools, Floats
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.disturbed import disturbed
-from burrscan.burrs.light.flat import is_an_edge, wanders_flat
+from burrscan.burrs.light.flat import depth_of_a_pixel_mm, is_an_edge, wanders_flat
 from burrscan.burrs.light.side import Looks
-from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.burrs.pose import pose_on_surface
 from burrscan.inspection import Axis, Burr, Value
+from burrscan.pose import placed
+from burrscan.rig import Rig
+from burrscan.sideways import across_columns
 from tests.burrscan.burrs.light.scene import Scene
 
 ROWS, COLUMNS, FINE = 24, 40, 64
@@ -196,6 +201,38 @@ def pixel_mm(surface: Unrolled, column: int) -> float:
         towards = centre[:2] - float(surface.r_mm[0]) * out
         tangents.append(float(towards @ beside) / float(towards @ out))
     return surface.step_mm / abs(tangents[0] - tangents[1])
+
+
+@pytest.mark.parametrize("turned_deg", [0.0, 40.0, 70.0, 90.0])
+def test_the_depth_of_a_pixel_is_what_its_neighbours_column_triangulates(turned_deg: float) -> None:
+    """By the rig's own projection; the projector goes round until the baseline is along the axis."""
+    scene, c, s = Scene(), np.cos(np.radians(turned_deg)), np.sin(np.radians(turned_deg))
+    round_the_view = np.array([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
+    stood = Rig(scene.rig.camera, scene.rig.projector, scene.rig.T_projector_camera @ round_the_view)
+    rig = across_columns(stood)
+    surface = unrolled(scene.axis, scene.generatrix, rig)
+    T_camera_part = np.linalg.inv(T_part_mesh(scene.axis.point_mm, scene.axis.direction))
+    eye = surface.camera_mm[:2]
+    found, true = [], []
+    for row, column in np.argwhere(surface.open)[::97]:
+        r, z = float(surface.r_mm[row]), float(surface.z_mm[row])
+        turns = float(surface.angle[column]) + np.array([0.0, -0.5, 0.5]) * surface.step_mm / r
+        part = np.stack([r * np.cos(turns), r * np.sin(turns), np.full(3, z)], axis=1)
+        cell, *beside = placed(T_camera_part, part)
+        aside = np.linalg.norm(part[0, :2] - eye) / np.linalg.norm(cell)  # of the way, square to the axis
+        ends = []
+        for place in beside:
+            wanted = float(rig.correspond(place)[0])
+            ray = cell / np.linalg.norm(cell)
+            off = brentq(lambda t, u=wanted, ray=ray: rig.correspond(t * ray)[0] - u, 300.0, 1500.0)
+            ends.append(
+                np.linalg.norm(eye + off * aside * (part[0, :2] - eye) / np.linalg.norm(part[0, :2] - eye))
+            )
+        found.append(depth_of_a_pixel_mm(surface, int(row), int(column)))
+        true.append(abs(ends[1] - ends[0]))
+    assert len(found) > 10
+    assert np.allclose(found, true, rtol=1e-3, atol=1e-4)
+    assert (np.median(found) < 0.1 * surface.step_mm) == (turned_deg == 90.0)
 
 
 @pytest.mark.parametrize("factor", [0.2, 3.0, 8.0])

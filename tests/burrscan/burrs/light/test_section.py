@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped, square_to
 
 RADIUS = 50.0
 CAMERA, PROJECTOR = np.array([300.0, 40.0]), np.array([290.0, -160.0])
+RIGS = {  # how far camera and projector are along the axis, and which way the projector's columns run
+    "across": (0.0, 0.0, (0.0, 0.0, 1.0)),
+    "askew": (120.0, 60.0, (0.0, -0.4, 1.0)),
+    "along": (130.0, -90.0, (-0.1, 1.0, 0.1)),
+}
 ANGLES = np.radians(np.linspace(-8.0, 8.0, 81))
 EVEN = np.ones((2, TILTS_DEG.size))
 NO_BOUNCE = np.zeros((2, BOUNCE_TILTS_DEG.size))
@@ -47,20 +52,40 @@ def looked(angle: float) -> tuple[Floats, Floats]:
     return cell - 12.0 * direction, direction
 
 
-def triangulated(angle: float, column: float) -> float:
-    """Deviation at which the camera ray to a cell meets the projector ray of an angle."""
-    _, direction = looked(angle)
-    ray = np.array([np.cos(column), np.sin(column)])
-    t = np.linalg.solve(np.stack([direction, -ray], axis=1), PROJECTOR - CAMERA)[0]
-    return float(np.linalg.norm(CAMERA + t * direction) - RADIUS)
+class Rig:
+    """Camera, projector and the basis square to its columns; and what they make of a column."""
+
+    def __init__(self, name: str) -> None:
+        camera_z, projector_z, columns = RIGS[name]
+        self.camera, self.projector = np.append(CAMERA, camera_z), np.append(PROJECTOR, projector_z)
+        self.square = square_to(np.array(columns))
+        self._columns = np.array(columns)
+
+    def column(self, place: Floats) -> float:
+        """The angle of the column through a place (3,)."""
+        along, across = self.square @ (place - self.projector)
+        return float(np.arctan2(across, along))
+
+    def height(self, cell: Floats, column: float) -> float:
+        """Deviation at which the camera's ray to a cell (2,) meets a column, by a plane through two lines."""
+        ray = np.append(cell, 0.0) - self.camera
+        inside = np.cos(column) * self.square[0] + np.sin(column) * self.square[1]
+        sides = np.stack([ray, -inside, -self._columns], axis=1)
+        t = np.linalg.solve(sides, self.projector - self.camera)[0]
+        return float(np.linalg.norm((self.camera + t * ray)[:2]) - RADIUS)
+
+
+@pytest.fixture(params=RIGS)
+def rig(request: pytest.FixtureRequest) -> Rig:
+    return Rig(request.param)
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
-def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(height: float) -> None:
+def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(rig: Rig, height: float) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, height)
     dark = 0
     for angle in ANGLES:
-        light, depth, spread = seen(angle, burr, EVEN, NO_BOUNCE, CAMERA, PROJECTOR)
+        light, depth, spread = seen(angle, burr, EVEN, NO_BOUNCE, rig.camera, rig.projector, rig.square)
         met = first_met(*looked(angle), burr, far=40.0)
         assert met is not None
         to = (PROJECTOR - met) / np.linalg.norm(PROJECTOR - met)
@@ -75,7 +100,7 @@ def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(height: f
 
 
 @pytest.mark.parametrize("height", [2.6, -1.8])
-def test_a_mirroring_flank_adds_the_light_and_the_column_of_what_it_mirrors(height: float) -> None:
+def test_a_mirroring_flank_adds_the_light_and_the_column_of_what_it_mirrors(rig: Rig, height: float) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, height)
     mirror = np.where(BOUNCE_TILTS_DEG == 0.0, 1.0, 0.0) * np.ones((2, 1))
     corners = burr[3:9].reshape(3, 2)
@@ -91,8 +116,8 @@ def test_a_mirroring_flank_adds_the_light_and_the_column_of_what_it_mirrors(heig
         along /= np.linalg.norm(along)
         mirrored = 2.0 * (direction @ along) * along - direction
         other = first_met(met + 0.003 * np.array([along[1], -along[0]]), mirrored, burr, far=60.0)
-        once, depth, _ = seen(angle, burr, EVEN, NO_BOUNCE, CAMERA, PROJECTOR)
-        light, both, _ = seen(angle, burr, EVEN, mirror, CAMERA, PROJECTOR)
+        once, depth, _ = seen(angle, burr, EVEN, NO_BOUNCE, rig.camera, rig.projector, rig.square)
+        light, both, _ = seen(angle, burr, EVEN, mirror, rig.camera, rig.projector, rig.square)
         if other is None:
             assert (light, both) == (once, depth)
             continue
@@ -100,15 +125,19 @@ def test_a_mirroring_flank_adds_the_light_and_the_column_of_what_it_mirrors(heig
             continue
         compared += 1
         assert 0.6 < light - once < 0.95  # a metal's reflectance
-        direct, bounced = (np.arctan2(*(one - PROJECTOR)[::-1]) for one in (met, other))
+        cell = RADIUS * np.array([np.cos(angle), np.sin(angle)])
+        rise = -rig.camera[2] / np.linalg.norm(cell - CAMERA)  # along the axis, per mm square to it
+        gone = np.linalg.norm(met - CAMERA) + np.array([0.0, np.linalg.norm(other - met)])
+        places = np.column_stack([np.stack([met, other]), rig.camera[2] + gone * rise])
+        direct, bounced = (rig.column(place) for place in places)
         column = (once * direct + (light - once) * bounced) / light
-        assert both == pytest.approx(triangulated(angle, column), abs=0.03)
+        assert both == pytest.approx(rig.height(cell, column), abs=0.03)
     assert compared >= 3
 
 
-def test_a_burr_of_no_height_is_the_circle() -> None:
+def test_a_burr_of_no_height_is_the_circle(rig: Rig) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, 0.0)
     for angle in ANGLES:
-        light, depth, _ = seen(angle, burr, EVEN, NO_BOUNCE, CAMERA, PROJECTOR)
+        light, depth, _ = seen(angle, burr, EVEN, NO_BOUNCE, rig.camera, rig.projector, rig.square)
         assert light == 1.0
         assert depth == pytest.approx(0.0, abs=0.03)  # flanks are chords

@@ -11,7 +11,7 @@ import pytest
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.disturbed import Place
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped, square_to
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled
 
@@ -65,6 +65,7 @@ def _place(of: dict[str, Floats]) -> Rendered:
         np.full(rows, z), np.full(rows, r), np.tile([0.0, 1.0], (rows, 1)),
         angle, np.zeros((2, *cells.shape)), np.ones(cells.shape, bool), np.ones(cells.shape),
         float(of["step"]), T_part_camera[:3, 3], (T_part_camera @ np.linalg.inv(of["T"]))[:3, 3],
+        T_part_camera[:3, :3] @ of["T"][1, :3],
     )  # fmt: skip
     return Rendered(int(of["side"]), cells, looks, surface)
 
@@ -219,7 +220,8 @@ def _shown(place: Rendered, height: float, width: float, *, off_rad: float = 0.0
     lobe = np.exp(-0.5 * (TILTS_DEG / 8.0) ** 2) + 0.01
     facets = np.exp(-0.5 * (BOUNCE_TILTS_DEG / 8.0) ** 2)
     lobes, bounces = np.stack([lobe, lobe]), np.stack([facets, facets]) / facets.sum()
-    device = surface.camera_mm[:2].copy(), surface.projector_mm[:2].copy()
+    row = (0.0, 0.0, float(surface.z_mm[0]))
+    device = surface.camera_mm - row, surface.projector_mm - row, square_to(surface.columns)
     every = np.array([seen(angle, burr, lobes, bounces, *device) for angle in surface.angle])
     bare = shaped(float(surface.r_mm[0]), middle, width, 1e-6)
     without = np.array([seen(angle, bare, lobes, bounces, *device)[0] for angle in surface.angle])
