@@ -219,20 +219,19 @@ def test_the_depth_of_a_pixel_is_what_its_neighbours_column_triangulates(turned_
         turns = float(surface.angle[column]) + np.array([0.0, -0.5, 0.5]) * surface.step_mm / r
         part = np.stack([r * np.cos(turns), r * np.sin(turns), np.full(3, z)], axis=1)
         cell, *beside = placed(T_camera_part, part)
+        away = (part[0, :2] - eye) / np.linalg.norm(part[0, :2] - eye)
         aside = np.linalg.norm(part[0, :2] - eye) / np.linalg.norm(cell)  # of the way, square to the axis
         ends = []
         for place in beside:
             wanted = float(rig.correspond(place)[0])
             ray = cell / np.linalg.norm(cell)
             off = brentq(lambda t, u=wanted, ray=ray: rig.correspond(t * ray)[0] - u, 300.0, 1500.0)
-            ends.append(
-                np.linalg.norm(eye + off * aside * (part[0, :2] - eye) / np.linalg.norm(part[0, :2] - eye))
-            )
+            ends.append(np.linalg.norm(eye + off * aside * away))
         found.append(depth_of_a_pixel_mm(surface, int(row), int(column)))
         true.append(abs(ends[1] - ends[0]))
     assert len(found) > 10
     assert np.allclose(found, true, rtol=1e-3, atol=1e-4)
-    assert (np.median(found) < 0.1 * surface.step_mm) == (turned_deg == 90.0)
+    assert (np.median(found) < 0.5 * surface.step_mm) == (turned_deg == 90.0)
 
 
 @pytest.mark.parametrize("factor", [0.2, 3.0, 8.0])
