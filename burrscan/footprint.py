@@ -22,6 +22,8 @@ projector pixel is about as large as a camera pixel."""
 
 _FLAT = 1e-3
 """Change of log brightness per pixel below which an exponential is a ramp, to six digits."""
+_DARK = 1e-3
+"""Of a pixel's light, what is no light beside it: noise may leave none, or less."""
 _GOES_ON = (0.15, 2.0)
 """Change of log brightness beyond both neighbours, over that between them: 0 beside a step, 1 along an
 exponential. Between these the truth is at the exponential's centroid, below 0.15 at the step's (rendered
@@ -76,14 +78,16 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
 
     Both (h, w) in pixels from the centre; 0 at the border of the image and beside unknown light.
     """
-    before, after = np.where(np.isfinite(radiance), _beside(radiance, direction), np.nan)
+    light = np.where(radiance > 0.0, radiance, np.nan)
+    dark = _DARK * light
+    before, after = np.maximum(_beside(radiance, direction), dark)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         rate = 0.5 * np.log(after / before)  # of an exponential, per pixel
         fall = np.where(np.abs(rate) > _FLAT, 0.5 / np.tanh(0.5 * rate) - 1.0 / rate, rate / 12.0)
         # the step lies at s from the centre: before · (s + 1/2) + after · (1/2 - s) is the pixel's light
         s = np.clip((radiance - 0.5 * (before + after)) / (before - after), -0.5, 0.5)
         step = (before - after) * (s * s - 0.25) / (2.0 * radiance)
-        further = _beside(radiance, direction, by=2)
+        further = np.maximum(_beside(radiance, direction, by=2), dark)
         outside = np.log(before / further[0]) + np.log(further[1] / after)
         goes_on = (outside / (2.0 * rate) > _GOES_ON[0]) & (outside / (2.0 * rate) < _GOES_ON[1])
     fall, step = np.nan_to_num(fall, posinf=0.0, neginf=0.0), np.nan_to_num(step, posinf=0.0, neginf=0.0)
