@@ -28,9 +28,9 @@ _GOES_ON = (0.15, 2.0)
 """Change of log brightness beyond both neighbours, over that between them: 0 beside a step, 1 along an
 exponential. Between these the truth is at the exponential's centroid, below 0.15 at the step's (rendered
 wheels, 54,000 pixels on the flanks of highlights and on the borders of blemishes and burrs)."""
-_OFF_FALL, _OFF_EITHER = 0.3, 0.7
-"""Standard deviation of the centroid over the distance of both models, where light goes on falling and where
-either may be right; likewise measured."""
+_OFF_FALL, _OFF_EITHER = 0.3, 0.5
+"""Standard deviation of the centroid over the distance of both models: where light goes on falling, as
+measured likewise; where either may be right, half of it, for the centroid is taken midway."""
 
 
 def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Correspondence:

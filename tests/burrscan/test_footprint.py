@@ -68,12 +68,11 @@ def test_the_flank_of_a_highlight_is_within_two_sigma(sharpness: float, off: flo
 def test_a_step_is_one_end_of_the_interval(direction: int, ratio: float, at: float) -> None:
     pixels, truth = seen(lambda x: np.where(x < at, 1.0, ratio))
     centroid, sigma = found(pixels, direction)
-    half = sigma / 1.4
-    assert min(abs(centroid - half - truth), abs(centroid + half - truth)) < 2e-3
+    assert min(abs(centroid - sigma - truth), abs(centroid + sigma - truth)) < 2e-3
     # the other end is an exponential through the same neighbours
     rate = 0.5 * np.log(ratio)
     fall = 0.5 / np.tanh(0.5 * rate) - 1.0 / rate
-    assert min(abs(centroid - half - fall), abs(centroid + half - fall)) < 2e-3
+    assert min(abs(centroid - sigma - fall), abs(centroid + sigma - fall)) < 2e-3
 
 
 def test_across_the_gradient_nothing_moves() -> None:
