@@ -63,7 +63,8 @@ def replay(
     try:
         # a method named here is the caller's word; what the folder names is data
         with shipped_only(str(folder / "capture.json"), trusted=trusted or method is not None):
-            scan, scanner = _first(fresh, _strategies(scanner, method))
+            ways = (_by_columns, _as_it_stands) if runs_along_columns(scanner.rig) else (_by_columns,)
+            scan, scanner = _first(fresh, [*product(_strategies(scanner, method), ways)])
     except InputError:
         refuse_dark(scanner, folder)
         raise
@@ -91,11 +92,11 @@ def _bound(method: str, parameters: dict[str, Any]) -> Callable[..., Scan]:
 
 
 def _first(
-    fresh: Callable[[], FolderScanner], strategies: list[Callable[..., Scan]]
+    fresh: Callable[[], FolderScanner], tried: list[tuple[Callable[..., Scan], Callable[..., Scan]]]
 ) -> tuple[Scan, FolderScanner]:
     """The first strategy that gets through; else the error of the one that got furthest."""
     furthest: tuple[int, InputError] | None = None
-    for strategy, scan_with in product(strategies, (_by_columns, _as_it_stands)):
+    for strategy, scan_with in tried:
         scanner = fresh()
         try:
             return scan_with(strategy, scanner), scanner
@@ -112,8 +113,6 @@ def _by_columns(strategy: Callable[..., Scan], scanner: FolderScanner) -> Scan:
 
 def _as_it_stands(strategy: Callable[..., Scan], scanner: FolderScanner) -> Scan:
     """Where the projector must lie on its side for that: columns and rows recorded as it stands."""
-    if not runs_along_columns(scanner.rig):
-        raise InputError("nothing else to try")
     scan = strategy(scanner)
     if scan.correspondence.v_px is None:
         raise InputError(

@@ -15,7 +15,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.light.row_sigma import row_sigma
-from burrscan.burrs.light.section import square_to, triangulated
+from burrscan.burrs.light.section import column_of, square_to, triangulated
 from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Axis, Burr
@@ -174,7 +174,6 @@ def depth_of_a_pixel_mm(surface: Unrolled, row: int, column: int) -> float:
     ray = (place - surface.camera_mm) / np.linalg.norm((place - surface.camera_mm)[:2])
     depths = []
     for end in ends:
-        across, along = square[1] @ (end - surface.projector_mm), square[0] @ (end - surface.projector_mm)
-        column_rad = float(np.arctan2(across, along))
-        depths.append(triangulated(surface.camera_mm, ray, surface.projector_mm, square, column_rad))
+        through = column_of(*end, surface.projector_mm, square)
+        depths.append(triangulated(surface.camera_mm, ray, surface.projector_mm, square, through))
     return float(abs(depths[1] - depths[0]))

@@ -135,9 +135,9 @@ def seen(
     if met < 0:
         return 0.0, 0.0, 0.0
     x, y, z = camera[0] + t * vx, camera[1] + t * vy, camera[2] + t * vz
-    straight = _column(bx, by, 0.0, projector, square)
+    straight = column_of(bx, by, 0.0, projector, square)
     light = _shone(x, y, met, vx, vy, burr, lobes, projector)
-    turn = _wrapped(_column(x, y, z, projector, square) - straight)
+    turn = _wrapped(column_of(x, y, z, projector, square) - straight)
     once, twice = light * turn, light * turn * turn
     normal = _normal(x, y, met, burr)
     nx, ny = np.cos(normal), np.sin(normal)
@@ -153,7 +153,7 @@ def seen(
             continue
         sx, sy = x + t * rx, y + t * ry
         more = _REFLECTANCE * bounces[min(met, 1), k] * _shone(sx, sy, other, rx, ry, burr, lobes, projector)
-        turn = _wrapped(_column(sx, sy, z + t * vz, projector, square) - straight)
+        turn = _wrapped(column_of(sx, sy, z + t * vz, projector, square) - straight)
         light, once, twice = light + more, once + more * turn, twice + more * turn * turn
     if light == 0.0:
         return 0.0, 0.0, 0.0
@@ -166,7 +166,7 @@ def seen(
 
 
 @njit(cache=True, nogil=True)
-def _column(x: float, y: float, z: float, projector: Floats, square: Floats) -> float:
+def column_of(x: float, y: float, z: float, projector: Floats, square: Floats) -> float:
     """Angle of the projector's column through a place, about the line of its centre along the columns."""
     dx, dy, dz = x - projector[0], y - projector[1], z - projector[2]
     along = square[0, 0] * dx + square[0, 1] * dy + square[0, 2] * dz
