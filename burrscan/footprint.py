@@ -89,7 +89,8 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
         step = (before - after) * (s * s - 0.25) / (2.0 * radiance)
         further = np.maximum(_beside(radiance, direction, by=2), dark)
         outside = np.log(before / further[0]) + np.log(further[1] / after)
-        goes_on = (outside / (2.0 * rate) > _GOES_ON[0]) & (outside / (2.0 * rate) < _GOES_ON[1])
+        share = outside / (2.0 * rate)
+        goes_on = (share > _GOES_ON[0]) & (share < _GOES_ON[1])
     fall, step = np.nan_to_num(fall, posinf=0.0, neginf=0.0), np.nan_to_num(step, posinf=0.0, neginf=0.0)
     sigma = np.where(goes_on, _OFF_FALL, _OFF_EITHER) * np.abs(step - fall)
     return np.where(goes_on, fall, 0.5 * (fall + step)), sigma

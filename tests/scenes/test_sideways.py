@@ -54,17 +54,13 @@ def test_a_lit_corner_of_the_raster_lights_the_points_that_it_sees(simulation: S
     assert (bright & inside).sum() > 50
     assert (bright & outside).sum() > 500
     assert np.quantile(share[bright & inside], 0.05) > 0.9
-    assert (
-        np.quantile(share[bright & outside], 0.95) < 0.3
-    )  # what is left is interreflected, and the black level
+    # what is left is interreflected, and the black level
+    assert np.quantile(share[bright & outside], 0.95) < 0.3
 
 
 def test_it_is_scanned_as_well_as_from_aside(simulation: Simulation) -> None:
     aside = simulate(scene_from(document(0.0) | {"pose": {"elevation_deg": 12.0}}, source="test"))
-    looked = [
-        Evidence(each.truth, run(each.scanner(), Pipeline(burrs=Pipeline().burrs)))
-        for each in (simulation, aside)
-    ]
+    looked = [Evidence(each.truth, run(each.scanner(), Pipeline())) for each in (simulation, aside)]
     ours, theirs = (coverage(each) for each in looked)
     assert ours > 0.97
     assert ours > theirs - 0.02

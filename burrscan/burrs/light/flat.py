@@ -13,11 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
-from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs.light.row_sigma import row_sigma
-from burrscan.burrs.light.section import column_of, square_to, triangulated
+from burrscan.burrs.light.section import column_of, triangulated
 from burrscan.burrs.light.side import Looks
 from burrscan.burrs.light.unrolled import Unrolled
+from burrscan.generatrix.polyline import revolved
 from burrscan.inspection import Axis, Burr
 from burrscan.turns import turn_rad
 
@@ -167,11 +168,11 @@ def _largest_step(excess: Floats) -> float:
 
 def depth_of_a_pixel_mm(surface: Unrolled, row: int, column: int) -> float:
     """By how much a depth at a cell is off that the column of the neighbouring pixel tells."""
-    r, angle, z = float(surface.r_mm[row]), float(surface.angle[column]), float(surface.z_mm[row])
-    turned = angle + np.array([0.0, -0.5, 0.5]) * surface.step_mm / r
-    place, *ends = np.stack([r * np.cos(turned), r * np.sin(turned), np.full(3, z)], axis=1)
-    square = square_to(surface.columns)
-    ray = (place - surface.camera_mm) / np.linalg.norm((place - surface.camera_mm)[:2])
+    place = np.array([[surface.z_mm[row], surface.r_mm[row]]])
+    turns = np.array([0.0, -0.5, 0.5]) * surface.step_mm / surface.r_mm[row]
+    middle, *ends = revolved(place, surface.angle[column] + turns)[0]
+    square = perpendicular_basis(surface.columns)
+    ray = (middle - surface.camera_mm) / np.linalg.norm((middle - surface.camera_mm)[:2])
     depths = []
     for end in ends:
         through = column_of(*end, surface.projector_mm, square)

@@ -118,7 +118,8 @@ def seen(
     camera, projector
         (3,) their centres, mm; the burr's row is at z = 0.
     square
-        (2, 3) two directions square to the projector's columns and to each other.
+        (3, 2) two directions square to the projector's columns and to each other
+        (:func:`burrscan.axis.basis.perpendicular_basis`).
 
     Returns
     -------
@@ -169,8 +170,8 @@ def seen(
 def column_of(x: float, y: float, z: float, projector: Floats, square: Floats) -> float:
     """Angle of the projector's column through a place, about the line of its centre along the columns."""
     dx, dy, dz = x - projector[0], y - projector[1], z - projector[2]
-    along = square[0, 0] * dx + square[0, 1] * dy + square[0, 2] * dz
-    across = square[1, 0] * dx + square[1, 1] * dy + square[1, 2] * dz
+    along = square[0, 0] * dx + square[1, 0] * dy + square[2, 0] * dz
+    across = square[0, 1] * dx + square[1, 1] * dy + square[2, 1] * dz
     return float(np.arctan2(across, along))
 
 
@@ -179,17 +180,11 @@ def triangulated(camera: Floats, ray: Floats, projector: Floats, square: Floats,
     """Radius at which the camera's ray (3,) meets the projector's column of some angle."""
     over, under = 0.0, 0.0
     for k in range(3):
-        normal = np.cos(column) * square[1, k] - np.sin(column) * square[0, k]
+        normal = np.cos(column) * square[k, 1] - np.sin(column) * square[k, 0]
         over += normal * (projector[k] - camera[k])
         under += normal * ray[k]
     t = over / under
     return float(np.hypot(camera[0] + t * ray[0], camera[1] + t * ray[1]))
-
-
-def square_to(direction: Floats) -> Floats:
-    """(2, 3) directions square to one (3,) and to each other."""
-    _, _, base = np.linalg.svd(direction[None])
-    return np.ascontiguousarray(base[1:])
 
 
 @njit(cache=True, nogil=True)

@@ -13,8 +13,9 @@ import numpy as np
 from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats, freeze
+from burrscan.axis.basis import perpendicular_basis
 from burrscan.burrs.light.medians import column_medians, measured_share
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits, square_to
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Value
 from burrscan.turns import turn_deg, turn_rad
@@ -181,7 +182,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
             0.5 * float(lobe.min()),
             surface.camera_mm - (0.0, 0.0, surface.z_mm[middle]),
             surface.projector_mm - (0.0, 0.0, surface.z_mm[middle]),
-            square_to(surface.columns),
+            perpendicular_basis(surface.columns),
             _DEPTH_SIGMA * surface.step_mm,
         )
         best, there = np.minimum(best, sized), np.minimum(there, placed)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped, square_to
+from burrscan.axis.basis import perpendicular_basis
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
 
 RADIUS = 50.0
 CAMERA, PROJECTOR = np.array([300.0, 40.0]), np.array([290.0, -160.0])
@@ -58,18 +59,18 @@ class Rig:
     def __init__(self, name: str) -> None:
         camera_z, projector_z, columns = RIGS[name]
         self.camera, self.projector = np.append(CAMERA, camera_z), np.append(PROJECTOR, projector_z)
-        self.square = square_to(np.array(columns))
+        self.square = perpendicular_basis(np.array(columns) / np.linalg.norm(columns))
         self._columns = np.array(columns)
 
     def column(self, place: Floats) -> float:
         """The angle of the column through a place (3,)."""
-        along, across = self.square @ (place - self.projector)
+        along, across = self.square.T @ (place - self.projector)
         return float(np.arctan2(across, along))
 
     def height(self, cell: Floats, column: float) -> float:
         """Deviation at which the camera's ray to a cell (2,) meets a column, by a plane through two lines."""
         ray = np.append(cell, 0.0) - self.camera
-        inside = np.cos(column) * self.square[0] + np.sin(column) * self.square[1]
+        inside = self.square @ (np.cos(column), np.sin(column))
         sides = np.stack([ray, -inside, -self._columns], axis=1)
         t = np.linalg.solve(sides, self.projector - self.camera)[0]
         return float(np.linalg.norm((self.camera + t * ray)[:2]) - RADIUS)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Bools, Floats
-from burrscan.axis.basis import T_part_mesh
+from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs.light.disturbed import Place
-from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped, square_to
+from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled
 
@@ -221,7 +221,7 @@ def _shown(place: Rendered, height: float, width: float, *, off_rad: float = 0.0
     facets = np.exp(-0.5 * (BOUNCE_TILTS_DEG / 8.0) ** 2)
     lobes, bounces = np.stack([lobe, lobe]), np.stack([facets, facets]) / facets.sum()
     row = (0.0, 0.0, float(surface.z_mm[0]))
-    device = surface.camera_mm - row, surface.projector_mm - row, square_to(surface.columns)
+    device = surface.camera_mm - row, surface.projector_mm - row, perpendicular_basis(surface.columns)
     every = np.array([seen(angle, burr, lobes, bounces, *device) for angle in surface.angle])
     bare = shaped(float(surface.r_mm[0]), middle, width, 1e-6)
     without = np.array([seen(angle, bare, lobes, bounces, *device)[0] for angle in surface.angle])
