@@ -17,6 +17,7 @@ from burrscan.burrs.edges import on_edge
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.grazed import FLATTEST, facing
 from burrscan.burrs.height import judged, with_height
+from burrscan.burrs.interreflected import is_interreflected
 from burrscan.burrs.light.call import around, belongs, called, doubted, placed
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
@@ -127,6 +128,9 @@ def burrs_residual(
         surface, looks, places = disturbed(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
+        image = partial(is_interreflected, axis=axis, line=line, rig=sight.rig)
+        certain = [one for one in certain if not image(vertices_mm[_crest_of(field, one)])]
+        places = [place for place in places if not image(_measured(sight, surface, place))]
         shines = mirrored(looks, surface)
         certain = [one._replace(burr=_less_sure(one.burr, share=MIRRORED * shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
@@ -218,6 +222,19 @@ def _with_a_curve_around(certain: list[_Certain], field: Field, faces: Ints32) -
         return []
     shares = shares_without(faces, field.without_curve, [field.vertex[one.on] for one in certain])
     return [one for one, share in zip(certain, shares, strict=True) if share <= MOST_WITHOUT]
+
+
+def _crest_of(field: Field, one: _Certain) -> Ints:
+    """Numbers of the mesh's vertices that are high on a burr."""
+    crest, _ = _highest(field, one.on, one.region.sign)
+    return field.vertex[crest]
+
+
+def _measured(sight: Sight, surface: Unrolled, place: Place) -> Floats:
+    """(N, 3) what was measured at a place, camera frame."""
+    row, column = np.rint(surface.pixel[:, place.cells]).astype(np.int64)
+    points = sight.points_mm[row, column]
+    return points[np.isfinite(points[:, 2])]
 
 
 def _told_by_light(

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.pixel import pixel_mm
 from burrscan.generatrix.polyline import Polyline, is_closed, revolved
 from burrscan.inspection import Axis
 from burrscan.pose import placed
@@ -105,9 +106,9 @@ def strips(sight: Sight, axis: Axis, line: Polyline) -> list[Strip]:
     T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
     eye, lamp = sight.rig.centres_mm(T_part_camera)
     T_camera_part = np.asarray(np.linalg.inv(T_part_camera), np.float64)
-    pixel_mm = float(np.linalg.norm(eye)) / sight.rig.camera.fx
-    scene = _Scene(sight, T_camera_part, eye, lamp, pixel_mm)
-    edges = (edge for edge in _edges(line, pixel_mm) if edge.place[1] > REACH * pixel_mm)
+    size_mm = pixel_mm(sight.rig, eye, line)
+    scene = _Scene(sight, T_camera_part, eye, lamp, size_mm)
+    edges = (edge for edge in _edges(line, size_mm) if edge.place[1] > REACH * size_mm)
     found = (_strip(edge, _circle(edge, scene), scene) for edge in edges)
     return [strip for strip in found if strip is not None]
 

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh
+from burrscan.burrs.pixel import pixel_mm
 from burrscan.generatrix.polyline import Polyline, polyline_of, revolved
 from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import placed
@@ -87,7 +88,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     to_camera, to_projector = rig.centres_mm(T_part_camera)
     line = polyline_of(generatrix)
     half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
-    step = max(float(np.linalg.norm(to_camera)) / rig.camera.fx, float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
+    step = max(pixel_mm(rig, to_camera, line), float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
     place, normal, on = _places(line, step)
     turn = step / float(place[:, 1].max())
     half = int(0.5 * np.pi / turn)

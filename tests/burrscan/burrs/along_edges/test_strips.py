@@ -109,3 +109,13 @@ def test_odd_are_depths_that_miss_or_are_far_off_their_row() -> None:
     odd = odd_depths(strip, deviation)
     assert min(odd[each].mean() for each in (high, low, missing)) > 0.95
     assert odd[usual].mean() < 0.01
+
+
+@pytest.mark.parametrize("direction", [(0.0, 1.0, 0.0), (0.0, 1.0, 0.6)])
+def test_a_pixel_is_as_large_however_the_axis_leans(direction: tuple[float, float, float]) -> None:
+    """The part frame begins where the axis is nearest to the camera, which may be far above the wheel."""
+    scene = Scene(direction=direction)
+    expected = np.linalg.norm(scene.middle_mm) / scene.rig.camera.fx
+    found = strips(scene.sight(), scene.axis, _full(scene))
+    assert found
+    assert [strip.pixel_mm for strip in found] == pytest.approx([expected] * len(found), rel=1e-6)

@@ -160,3 +160,12 @@ def test_an_image_is_sampled_at_the_cells() -> None:
     row, column = np.mgrid[: rig.camera.height, : rig.camera.width].astype(float)
     found = surface.sampled(3.0 * row - column, order=1)[surface.open]
     np.testing.assert_allclose(found, (3.0 * surface.pixel[0] - surface.pixel[1])[surface.open], atol=1e-8)
+
+
+@pytest.mark.parametrize("direction", [(0.0, 1.0, 0.0), (0.0, 1.0, 0.6), (0.3, 0.5, 1.0)])
+def test_a_cell_is_a_pixel_however_the_axis_leans(direction: tuple[float, float, float]) -> None:
+    """The part frame begins where the axis is nearest to the camera, which may be far above the wheel."""
+    axis, generatrix = part(_CYLINDER, direction)
+    rig = small_rig()
+    expected = np.linalg.norm(axis.point_mm) / rig.camera.fx  # the cylinder's middle is the axis's point
+    assert unrolled(axis, generatrix, rig).step_mm == pytest.approx(expected, rel=1e-6)
