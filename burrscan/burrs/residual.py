@@ -233,7 +233,7 @@ def _crest_of(field: Field, one: _Certain) -> Ints:
 def _measured(sight: Sight, surface: Unrolled, place: Place) -> Floats:
     """(N, 3) what was measured at a place, camera frame."""
     row, column = np.rint(surface.pixel[:, place.cells]).astype(np.int64)
-    points = sight.points_mm[row, column]
+    points: Floats = sight.points_mm[row, column]
     return points[np.isfinite(points[:, 2])]
 
 

@@ -19,9 +19,9 @@ FLANGE_MM = 40.0
 """By how much the flange is wider than the cylinder."""
 
 
-def corner(**options: int) -> Scene:
+def corner() -> Scene:
     """The cylinder with a flange, of which the mesh shows nothing."""
-    scene = Scene(FROM_ABOVE, **options)
+    scene = Scene(FROM_ABOVE)
     start, end = scene.generatrix.z_mm
     z, r = np.array([start, end, end]), scene.radius_mm + np.array([0.0, 0.0, FLANGE_MM])
     scene.generatrix = Generatrix(z, r, np.zeros(3), np.zeros(3))
@@ -50,7 +50,8 @@ def seen_at(scene: Scene, column: Floats) -> Floats:
     ray = camera_rays(scene.rig.camera)
     tangent = (column - view.cx) / view.fx
     x, z = ray @ pose[0, :3], ray @ pose[2, :3]
-    return ((tangent * pose[2, 3] - pose[0, 3]) / (x - tangent * z))[..., None] * ray
+    depth = (tangent * pose[2, 3] - pose[0, 3]) / (x - tangent * z)
+    return np.asarray(depth[..., None] * ray)
 
 
 def near_corner(scene: Scene) -> Bools:
