@@ -141,16 +141,16 @@ def _reached(
     facing = cosine > _GRAZING
     slope = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, _GRAZING)
     slack = _BEHIND_CELLS * step + _PIXELS * distance / view.fx * slope
-    return _nearest(pixel, distance, view.shape, facing, slack), pixel, cosine
+    return facing & _nearest(pixel, distance, view.shape, cosine > 0.0, slack), pixel, cosine
 
 
-def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], facing: Bools, slack: Floats) -> Bools:
-    """Which cells nothing hides: a depth buffer of the facing cells, each as wide as its neighbours' gap.
+def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], front: Bools, slack: Floats) -> Bools:
+    """Which cells nothing hides: a depth buffer of all that show their front, to the limb of what hides others.
 
-    ``slack`` is by how much, mm, each may lie behind what is nearest.
+    Each is as wide as its neighbours' gap; ``slack`` is by how much, mm, it may lie behind what is nearest.
     """
     row, column = np.rint(pixel).astype(np.int64)
-    inside = facing & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
+    inside = front & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
     buffer = np.full(shape, np.inf)
     np.minimum.at(buffer, (row[inside], column[inside]), distance[inside])
     buffer = ndimage.minimum_filter(buffer, 3)
