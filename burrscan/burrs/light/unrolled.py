@@ -26,6 +26,9 @@ cells alone two thirds of those beyond 66 degrees hid each other."""
 _APART_CELLS = 4
 """Rows between pieces of the curve that lie as far apart or farther: what is dark on two surfaces is not one
 place."""
+_BORE = -0.7
+"""Radial part of the outward normal below which a surface is a bore's wall, which faces its own far side. On
+metal it mirrors that, and light and depth are odd where no burr is: it is not looked at."""
 _BORDER_CELLS = 2
 """What is seen and lit is trusted so far from its border: shadows have penumbras, pixels have footprints."""
 
@@ -79,7 +82,7 @@ class Unrolled:
 
 
 def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
-    """Unroll the half of a surface that faces the camera, in cells as large as a pixel's footprint or larger.
+    """Unroll the part of a surface that faces the camera, in cells as large as a pixel's footprint or larger.
 
     Hidden is what lies behind another cell, for the camera or for the projector. O(cells).
     """
@@ -87,11 +90,12 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     T_camera_part = np.linalg.inv(T_part_camera)
     to_camera, to_projector = rig.centres_mm(T_part_camera)
     line = polyline_of(generatrix)
-    half_turn_mm2 = np.pi * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
-    step = max(pixel_mm(rig, to_camera, line), float(np.sqrt(half_turn_mm2 / _MOST_CELLS)))
+    widest = _widest(line, to_camera)
+    every_mm2 = 2.0 * widest * float(line.lengths_mm.sum()) * float(line.nodes_mm[:, 1].max())
+    step = max(pixel_mm(rig, to_camera, line), float(np.sqrt(every_mm2 / _MOST_CELLS)))
     place, normal, on = _places(line, step)
     turn = step / float(place[:, 1].max())
-    half = int(0.5 * np.pi / turn)
+    half = int(widest / turn)
     angle = np.arctan2(to_camera[1], to_camera[0]) + turn * np.arange(-half, half + 1)
     points, normals = (revolved(each, angle) @ T_camera_part[:3, :3].T for each in (place, normal))
     points = points + T_camera_part[:3, 3]
@@ -101,7 +105,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
     )
     solid = ndimage.binary_closing((seen & lit) | ~on, np.ones((3, 3), bool))
     inner = ndimage.binary_erosion(solid, iterations=_BORDER_CELLS)
-    reached = seen & lit & inner & on
+    reached = seen & lit & inner & on & (normal[:, 1:] > _BORE)
     facing = np.minimum(from_camera, from_projector)
     columns = T_part_camera[:3, :3] @ rig.T_projector_camera[1, :3]
     return Unrolled(
@@ -117,6 +121,17 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
         to_projector,
         columns,
     )
+
+
+def _widest(line: Polyline, camera: Floats) -> float:
+    """Angle from the side of the camera up to which it sees any front: half a turn, of an end face a whole."""
+    (z, r), (along, out) = line.nodes_mm[line.starts].T, line.normals.T
+    rises = along * (camera[2] - z) - out * r  # what the front shows, less out · distance · cos(angle)
+    swings = out * float(np.hypot(camera[0], camera[1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        angle = np.arccos(np.clip(-rises / swings, -1.0, 1.0))
+    angle = np.where(swings > 0.0, angle, np.where(rises > 0.0, np.pi, 0.0))
+    return max(float(angle.max()), 0.5 * np.pi)
 
 
 def _places(line: Polyline, step: float) -> tuple[Floats, Floats, Bools]:
@@ -141,16 +156,18 @@ def _reached(
     facing = cosine > _GRAZING
     slope = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, _GRAZING)
     slack = _BEHIND_CELLS * step + _PIXELS * distance / view.fx * slope
-    return facing & _nearest(pixel, distance, view.shape, cosine > 0.0, slack), pixel, cosine
+    return facing & _nearest(pixel, distance, view.shape, slack), pixel, cosine
 
 
-def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], front: Bools, slack: Floats) -> Bools:
-    """Which cells nothing hides: a depth buffer of all that show their front, to the limb of what hides others.
+def _nearest(pixel: Floats, distance: Floats, shape: tuple[int, int], slack: Floats) -> Bools:
+    """Which cells nothing hides: a depth buffer, each cell as wide as its neighbours' gap.
 
-    Each is as wide as its neighbours' gap; ``slack`` is by how much, mm, it may lie behind what is nearest.
+    All of them hide what is behind them: limbs that are looked at along the surface, and backs, for the front
+    of a solid may be a dark end face that nothing was measured of. ``slack`` is by how much, mm, each may lie
+    behind what is nearest.
     """
     row, column = np.rint(pixel).astype(np.int64)
-    inside = front & (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
+    inside = (row >= 1) & (row < shape[0] - 1) & (column >= 1) & (column < shape[1] - 1)
     buffer = np.full(shape, np.inf)
     np.minimum.at(buffer, (row[inside], column[inside]), distance[inside])
     buffer = ndimage.minimum_filter(buffer, 3)

@@ -18,6 +18,8 @@ from tests.tiers import some_of
 
 _CYLINDER = np.array([[-50.0, 90.0], [50.0, 90.0]])
 _STEPPED = np.array([[-50.0, 60.0], [-10.0, 60.0], [-10.0, 90.0], [20.0, 90.0], [20.0, 45.0], [50.0, 45.0]])
+_FLANGED = np.array([[-60.0, 40.0], [10.0, 40.0], [10.0, 110.0], [40.0, 110.0]])
+"""A hub whose end face nothing was measured of, so that its curve is an open tube, on a flange."""
 _STEPS = 250
 
 
@@ -69,18 +71,19 @@ def in_raster(points: Floats, rig: Rig, margin: float) -> Bools:
 
 
 @some_of(
-    ("profile", "direction"),
+    ("profile", "direction", "within"),
     [
-        (_CYLINDER, (0, 1, 0)),
-        (_STEPPED, (0, 1, 0)),
-        (_STEPPED, (0.1, 1.0, 0.3)),
-        (_STEPPED, (-0.1, 1.0, -0.3)),
+        (_CYLINDER, (0, 1, 0), 4),
+        (_STEPPED, (0, 1, 0), 4),
+        (_STEPPED, (0.1, 1.0, 0.3), 4),
+        (_STEPPED, (-0.1, 1.0, -0.3), 4),
+        (_FLANGED, (0.0, 0.6, 0.8), 5),  # what shades is 70 mm in front: a pixel of it is wider than a cell
     ],
-    ids=["cylinder", "stepped", "towards", "away"],
+    ids=["cylinder", "stepped", "towards", "away", "from its end"],
     first=2,
 )
 def test_open_is_what_rays_from_both_devices_reach(
-    profile: Floats, direction: tuple[float, float, float]
+    profile: Floats, direction: tuple[float, float, float], within: int
 ) -> None:
     rig = small_rig(width=280)
     axis, curve = part(profile, direction)
@@ -102,10 +105,30 @@ def test_open_is_what_rays_from_both_devices_reach(
     assert not (surface.open & ndimage.binary_dilation(dark)).any()
     whole = truth & in_raster(points, rig, 2.0)
     for least, cells, share in ((0.65, 3000, 0.99), (0.3, 5000, 0.98)):  # of flat cells a pixel holds many
-        sure = ndimage.binary_erosion(whole & (facing > least), iterations=4)
+        sure = ndimage.binary_erosion(whole & (facing > least), iterations=within)
         assert sure.sum() > cells
         assert (surface.open & sure).sum() > share * sure.sum()
     np.testing.assert_allclose(surface.facing[truth], facing[truth], atol=1e-9)
+
+
+def test_an_end_face_is_looked_at_all_round_and_a_bore_is_not() -> None:
+    """From above a flange's face is seen on the far side of its hub, too; a bore's wall mirrors itself."""
+    rig = small_rig(width=280)
+    axis, curve = part(_FLANGED, (0.0, 0.2, 1.0))
+    surface = unrolled(axis, curve, rig)
+    face = np.abs(surface.normal[:, 0]) > 0.9
+    away = np.degrees(np.abs(surface.angle - surface.angle.mean()))
+    assert away.max() == pytest.approx(180.0, abs=0.5)
+    for near, far in ((0.0, 60.0), (60.0, 120.0), (120.0, 180.0)):
+        part_of = surface.open[face][:, (away >= near) & (away < far)]
+        assert part_of.mean() > 0.2
+    # the same curve run through backwards is the inside of a hollow
+    axis, hollow = part(_FLANGED[::-1], (0.0, 0.2, -1.0))
+    inner = unrolled(axis, hollow, rig)
+    wall = inner.normal[:, 1] < -0.9
+    assert wall.any()
+    assert not inner.open[wall].any()
+    assert (inner.facing[wall] > 0.3).any()  # which both devices face
 
 
 def test_a_shoulder_hides_and_shades() -> None:
