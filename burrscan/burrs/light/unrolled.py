@@ -124,7 +124,7 @@ def unrolled(axis: Axis, generatrix: Generatrix, rig: Rig) -> Unrolled:
 
 
 def _widest(line: Polyline, camera: Floats) -> float:
-    """Angle from the side of the camera up to which it sees any front: half a turn, of an end face a whole."""
+    """Angle from the side of the camera up to which it sees any front: of an end face all round."""
     (z, r), (along, out) = line.nodes_mm[line.starts].T, line.normals.T
     rises = along * (camera[2] - z) - out * r  # what the front shows, less out · distance · cos(angle)
     swings = out * float(np.hypot(camera[0], camera[1]))
