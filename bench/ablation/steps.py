@@ -249,6 +249,7 @@ STEPS: tuple[Step, ...] = (
             f"{_RESIDUAL}:is_an_edge": _no,
         },
     ),
+    Step("what corners mirror is no burr", "burrs", {f"{_RESIDUAL}:is_interreflected": _no}),
     Step("light along edges", "burrs", {f"{_RESIDUAL}:along_edges": lambda *_, **__: []}),
     Step(
         "scatter by how flatly it is looked at",
