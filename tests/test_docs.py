@@ -28,9 +28,8 @@ def test_pages_include_and_link_to_what_is_there(page: Path) -> None:
 
 def test_every_page_stands_in_the_navigation() -> None:
     site = (ROOT / "mkdocs.yml").read_text("utf-8")
-    assert sorted(re.findall(r": (\S+\.md)$", site, re.MULTILINE)) == [
-        page.relative_to(ROOT / "docs").as_posix() for page in PAGES
-    ]
+    there = sorted(page.relative_to(ROOT / "docs").as_posix() for page in PAGES)
+    assert sorted(re.findall(r": (\S+\.md)$", site, re.MULTILINE)) == there
 
 
 def test_every_module_of_the_api_page_exists() -> None:
