@@ -11,6 +11,7 @@ import numpy as np
 
 from burrscan.arrays import Floats, Ints
 from burrscan.burrs.field import Field
+from burrscan.generatrix.polyline import turned
 
 FLATTEST = 0.17
 """Cosine, 80 degrees, from which nothing is told: a pixel sees six times as much of the surface as one that
@@ -24,10 +25,7 @@ def facing(field: Field, on: Ints, at_mm: Floats) -> float:
     That of the fitted surface below them, whatever stands on it: negative where it turns away. ``at_mm`` are
     their centres (2, 3), part frame. O(vertices).
     """
-    cos, sin = np.cos(field.angle[on]), np.sin(field.angle[on])
-    place, normal = (
-        np.stack([r * cos, r * sin, z], axis=-1) for z, r in (field.foot[on].T, field.normal[on].T)
-    )
+    place, normal = (turned(each[on], field.angle[on]) for each in (field.foot, field.normal))
     towards = at_mm[:, None] - place
     cosines = (towards * normal).sum(axis=-1) / np.linalg.norm(towards, axis=-1)
     return float(np.median(cosines.min(axis=0)))

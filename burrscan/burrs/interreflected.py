@@ -14,7 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.generatrix.polyline import Polyline
+from burrscan.generatrix.polyline import Polyline, turned
 from burrscan.generatrix.ray import first_met
 from burrscan.inspection import Axis
 from burrscan.pose import placed
@@ -84,6 +84,4 @@ def _met(line: Polyline, origin_mm: Floats, direction: Floats) -> tuple[Floats, 
     leaves = _LEAVES * float(np.nanmax(np.linalg.norm(origin_mm, axis=1), initial=0.0))
     far, segment = first_met(line, origin_mm, direction, beyond_mm=leaves)
     place = origin_mm + np.where(segment < 0, np.nan, far)[:, None] * direction
-    along, out = line.normals[segment].T
-    around = np.hypot(place[:, 0], place[:, 1])
-    return place, np.stack([out * place[:, 0] / around, out * place[:, 1] / around, along], axis=1)
+    return place, turned(line.normals[segment], np.arctan2(place[:, 1], place[:, 0]))

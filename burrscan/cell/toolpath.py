@@ -14,7 +14,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.chart import walked
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
-from burrscan.generatrix.polyline import Foot, Polyline, polyline_of
+from burrscan.generatrix.polyline import Foot, Polyline, polyline_of, turned
 from burrscan.inspection import Axis, Burr, Generatrix
 
 _STEP_MM = 1.0
@@ -266,12 +266,10 @@ def _stations(
     on_part = foot.valid
     at, normal = _levelled(line, foot, radius_mm)
     cosine, sine = np.cos(angles), np.sin(angles)
-    out = np.stack([normal[:, 1] * cosine, normal[:, 1] * sine, normal[:, 0]], axis=1)
-    on = np.stack([at[:, 1] * cosine, at[:, 1] * sine, at[:, 0]], axis=1)
-    turned = np.stack([-sine, cosine, np.zeros_like(sine)], axis=1)
-    feed = (T_part_burr[:3, 0] @ around) * turned + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
-    feed = feed + (T_part_burr[:3, 0] @ radial) * np.cross(turned, [0.0, 0.0, 1.0])
-    return _poses(on, out, feed), on_part
+    tangent = np.stack([-sine, cosine, np.zeros_like(sine)], axis=1)
+    feed = (T_part_burr[:3, 0] @ around) * tangent + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
+    feed = feed + (T_part_burr[:3, 0] @ radial) * np.cross(tangent, [0.0, 0.0, 1.0])
+    return _poses(turned(at, angles), turned(normal, angles), feed), on_part
 
 
 def _over(T_part_burr: Floats, line: Polyline, radius_mm: float) -> float:

@@ -93,6 +93,12 @@ def revolved(meridian_zr: Floats, angles: Floats) -> Floats:
     return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1)
 
 
+def turned(meridian_zr: Floats, angle: Floats) -> Floats:
+    """(N, 3) pairs (z, r) (N, 2), places or directions, each turned about the axis by its angle (N,), rad."""
+    z, r = meridian_zr.T
+    return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+
+
 def join(pieces: list[Floats]) -> Polyline:
     """One polyline of several (K, 2) pieces."""
     last = np.cumsum([len(piece) for piece in pieces])

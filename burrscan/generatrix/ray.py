@@ -9,6 +9,8 @@ from burrscan.generatrix.polyline import Polyline
 
 _ROUNDING = 1e-9
 """Share of a place's distance from the origin within which two ways to say where it is agree: arithmetic."""
+_MOST_PAIRS = 1 << 20
+"""Rays times segments at once: some twenty arrays of eight megabytes."""
 
 
 def first_met(
@@ -37,9 +39,18 @@ def first_met(
 
     Notes
     -----
-    O(N · segments) time and memory.
+    O(N · segments) time, in blocks of rays that bound the memory.
 
     """
+    blocks = -(-len(direction) * len(line.starts) // _MOST_PAIRS) or 1
+    rays = zip(np.array_split(origin_mm, blocks), np.array_split(direction, blocks), strict=True)
+    found = [_first_met(line, *block, beyond_mm) for block in rays]
+    distance, segment = (np.concatenate(each) for each in zip(*found, strict=True))
+    return distance, segment
+
+
+def _first_met(line: Polyline, origin_mm: Floats, direction: Floats, beyond_mm: float) -> tuple[Floats, Ints]:
+    """:func:`first_met` of one block of rays."""
     z, r = line.nodes_mm[line.starts].T
     dz, dr = line.steps_mm.T
     (x, y, h), (u, v, w) = origin_mm.T[:, :, None], direction.T[:, :, None]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from burrscan.arrays import Floats
+from burrscan.generatrix import ray
 from burrscan.generatrix.polyline import join, revolved
 from burrscan.generatrix.ray import first_met
 
@@ -24,18 +25,18 @@ def spread(count: int, seed: int) -> tuple[Floats, Floats]:
 @pytest.mark.parametrize(
     ("direction", "distance", "segment"),
     [
-        ((0.0, -1.0, 0.0), 120.0, 1),  # the cylinder, from outside
-        ((0.0, -2.0, 0.0), 60.0, 1),  # distances are counted in lengths of the direction
+        ((0.0, -1.0, 0.0), 120.0, 0),  # the cylinder, from outside
+        ((0.0, -2.0, 0.0), 60.0, 0),  # distances are counted in lengths of the direction
         ((0.0, 1.0, 0.0), np.inf, -1),
         ((0.0, 0.0, -1.0), np.inf, -1),
-        ((0.0, -1.0, -1.0), 120.0, 1),
+        ((0.0, -1.0, -1.0), 120.0, 0),
     ],
 )
 def test_rays_by_hand(direction: tuple[float, float, float], distance: float, segment: int) -> None:
     line = join([np.array([[-200.0, 80.0], [20.0, 80.0], [20.0, 30.0]])])
     far, met = first_met(line, np.array([[0.0, 200.0, 0.0]]), np.array([direction]), beyond_mm=0.0)
     assert far[0] == pytest.approx(distance)
-    assert met[0] == (segment - 1 if segment > 0 else -1)
+    assert met[0] == segment
 
 
 def test_a_disc_is_met_between_its_radii() -> None:
@@ -70,13 +71,24 @@ def test_triangles_of_the_same_surface_are_met_there(seed: int) -> None:
     strip = np.repeat(np.arange(len(WHEEL) - 1), corners[0].size // 9)
     origin, direction = spread(150, seed)
     expected = [
-        nearest_triangle(corners.reshape(-1, 3, 3), *ray) for ray in zip(origin, direction, strict=True)
+        nearest_triangle(corners.reshape(-1, 3, 3), *each) for each in zip(origin, direction, strict=True)
     ]
     far, segment = first_met(join([WHEEL]), origin, direction, beyond_mm=0.0)
     assert 0.2 < np.isfinite(far).mean() < 0.9
     np.testing.assert_allclose(far, [each for each, _ in expected], atol=0.01)
     met = segment >= 0
     np.testing.assert_array_equal(segment[met], strip[[face for _, face in expected]][met])
+
+
+def test_rays_in_blocks_are_met_as_each_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = join([WHEEL])
+    whole = first_met(line, *spread(50, 7), beyond_mm=0.0)
+    monkeypatch.setattr(ray, "_MOST_PAIRS", 3 * len(line.starts))
+    for blocked, at_once in zip(first_met(line, *spread(50, 7), beyond_mm=0.0), whole, strict=True):
+        np.testing.assert_array_equal(blocked, at_once)
+    assert [each.shape for each in first_met(line, np.empty((0, 3)), np.empty((0, 3)), beyond_mm=0.0)] == [
+        (0,)
+    ] * 2
 
 
 def test_a_ray_leaves_what_it_starts_on() -> None:
