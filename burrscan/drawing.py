@@ -28,7 +28,15 @@ _OPEN = 2.0
 _FLAT = 1e-3
 """Angle between facets, rad, that a quadrilateral cut in two has (float32 files included), a scan has not."""
 _FLAT_SHARE = 0.2
-"""A mesh of cut quadrilaterals has a third of its edges flat; noise leaves hardly any."""
+"""A mesh of cut quadrilaterals has a third of its edges flat; noise of each vertex leaves hardly any."""
+_ALONG = 2e-3
+"""Angle between an edge and its parallel up to which it runs along it, rad: what the axis of a drawing may be
+off by (0.1 degrees)."""
+_ALONG_SHARE = 0.03
+"""A third of the edges of cut quadrilaterals run so, 0.045 to 0.33 where flutes, lugs or spokes are; of scans
+up to 0.014, by chance."""
+_ALONG_OTHERS = 5.0
+"""By chance edges run so at any angle: of those within so many times the angle fewer than half within it."""
 _WIDEST = np.radians(45.0)
 """A facet that spans more of the circle than this is an end face, not the chord of a wall."""
 _SURE = 0.95
@@ -89,8 +97,9 @@ def sampled(vertices_mm: Floats, faces: Ints32, axis: Axis, *, sigma_mm: float =
     Notes
     -----
     A drawing is known by facets that are long even against the part, or by edges longer than the samples
-    would be apart while facets beside each other are flat, which noise does not leave. Systematic sampling by
-    area, barycentric coordinates from the R2 sequence: the same samples each time. O(T log T + N).
+    would be apart while facets beside each other are flat, and stand in rings: a scan that was smoothed, or
+    whose noise neighbours share, is as flat, but its edges run in any direction. Systematic sampling by area,
+    barycentric coordinates from the R2 sequence: the same samples each time. O(T log T + N).
 
     """
     if not len(faces):
@@ -130,7 +139,18 @@ def _is_drawn(local: Floats, faces: Ints32, normal: Floats, area: Floats, spacin
     if area[long].sum() < 0.5 * area.sum():
         return False
     size = float(np.sqrt(((local - local.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    return is_coarse((local - local.mean(axis=0)) / size, faces) or _flat_share(faces, normal) > _FLAT_SHARE
+    if is_coarse((local - local.mean(axis=0)) / size, faces):
+        return True
+    return _flat_share(faces, normal) > _FLAT_SHARE and _in_rings(local, faces, edges)
+
+
+def _in_rings(local: Floats, faces: Ints32, edges: Floats) -> bool:
+    """Whether edges (3, T, 3) run along parallels more often than chance has it."""
+    profile = np.column_stack([local[:, 2], _radius(local)])
+    across = np.stack([profile[faces[:, k]] - profile[faces[:, (k + 1) % 3]] for k in range(3)])
+    slant, length = (np.linalg.norm(each, axis=2) for each in (across, edges))
+    along, about = (float((slant < angle * length).mean()) for angle in (_ALONG, _ALONG_OTHERS * _ALONG))
+    return along > _ALONG_SHARE and along > 0.5 * about
 
 
 def _flat_share(faces: Ints32, normal: Floats) -> float:

@@ -11,6 +11,8 @@ import pytest
 import trimesh
 
 import burrscan
+from bench.synthetic.clean_command import PARTS
+from bench.synthetic.depth_view import single_view
 from bench.synthetic.revolution import RidgeBurr, random_pose, revolution_scan
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
@@ -168,6 +170,26 @@ def test_a_scan_is_no_drawing() -> None:
         axis = Axis(scan.point_mm, scan.direction, np.zeros((4, 4)), "exact")
         assert sampled(scan.vertices_mm, scan.faces, axis) is None
     assert sampled(noisy.vertices_mm, np.empty((0, 3), np.int32), axis) is None
+
+
+@pytest.mark.parametrize("reach_px", [10.0, 40.0])
+@pytest.mark.parametrize("view", [(1.0, 0.0, 0.0), (0.9, 0.2, 0.4)], ids=["rows along parallels", "aslant"])
+def test_a_scan_whose_noise_is_smooth_is_no_drawing(view: tuple[float, ...], reach_px: float) -> None:
+    """Facets beside each other are as flat as a drawing's (37 to 60 % of edges); they stand in no rings."""
+    ring = np.array(
+        [[0.0, 40.0], [0.0, 90.0], [30.0, 90.0], [30.0, 100.0], [90.0, 100.0], [90.0, 40.0], [0.0, 40.0]]
+    )
+    seen = single_view(
+        *whole_wheel(ring, around=720), np.array(view), pixels=200, sigma=0.2, reach_px=reach_px, seed=1
+    )
+    assert sampled(*seen, UP) is None
+
+
+@pytest.mark.parametrize("part", ["flutes", "spokes", "ovals", "treads"])
+def test_drawings_of_parts_that_are_not_round_are_drawings(part: str) -> None:
+    """Of the edges of a fluted vase only a twentieth run along parallels."""
+    for number in range(3):
+        assert sampled(*PARTS[part](np.random.default_rng((list(PARTS).index(part), number))), UP) is not None
 
 
 def test_samples_lie_on_the_surface_that_the_facets_stand_for() -> None:
