@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.special import ndtri
 
 from burrscan.arrays import Bools, Floats, Ints32
-from burrscan.burrs.field import Field
+from burrscan.burrs.field import CLIP, Field, summed
 
 BOXES = ((1, 3), (1, 9), (1, 27), (3, 9), (3, 27), (3, 3), (3, 1), (9, 1), (27, 1), (9, 3), (27, 3))
 """(rows, columns) of every matched box, in cells."""
@@ -31,6 +31,9 @@ _EXPLAINED = 0.5
 _APART_CELLS, _APART_MM = 4, 3.0
 """How far from what the small box shows by itself an anomaly reaches: gaps of twice that (nine cells, as the
 middle boxes are long, or 6 mm, as torn burrs have them) are within one burr, wider ones are between two."""
+_COMPANY = 2.5
+"""Vertices in a box of 3 × 3 cells that are further off than a vertex counts, itself one of them. Three are
+no spikes: where one vertex in fifty is one, of some 20 in the box, one in sixty of these has two others."""
 _PRIOR_POSITIONS = 20.0
 """A row's own spread counts against that of the whole field as if that were so many positions."""
 
@@ -179,14 +182,43 @@ def _explain(strong: Bools, statistic: Floats, shape: Ints32, boxes: Ints32) -> 
 
 
 def evidence_of(field: Field) -> Evidence:
-    """Match every box everywhere. O(cells × shapes)."""
+    """Match every box everywhere. O(V + cells × shapes).
+
+    Where neighbours share their noise a box of n vertices varies by up to √n times what theirs is, and no sum
+    of what counts for 6 sigma at most would stand out. There vertices count for as many times more as a small
+    box varies more, but only beside two others as far off: a spike stays one.
+    """
+    evidence, spread = _matched(field, field.score)
+    score = _in_company(field, spread)
+    return evidence if score is None else _matched(field, score)[0]
+
+
+def _in_company(field: Field, spread: Floats) -> Floats | None:
+    """(rows, columns) scores in which vertices count for more in rows (rows,) of a larger spread.
+
+    None where none does.
+    """
+    shape, score = field.count.shape, field.deviation_mm / field.sigma_mm
+    far = np.zeros(len(score), np.bool_)
+    for sign in (1.0, -1.0):
+        beyond = sign * score > CLIP
+        others = summed(beyond.astype(float), field.flat_cell, shape)
+        others = ndimage.convolve1d(others, np.ones(3), axis=0, mode="constant")
+        others = ndimage.convolve1d(others, np.ones(3), axis=1, mode="wrap" if field.closed else "constant")
+        far |= beyond & (others.ravel()[field.flat_cell] > _COMPANY)
+    most = np.where(far, CLIP * spread[field.cell[:, 0]], CLIP)
+    return summed(np.clip(score, -most, most), field.flat_cell, shape) if (most > CLIP).any() else None
+
+
+def _matched(field: Field, score: Floats) -> tuple[Evidence, Floats]:
+    """The evidence of such scores, and by how much a small box varies in each row (rows,)."""
     columns = field.count.shape[1]
     wrap = min(max(b for _, b in BOXES) // 2, columns) if field.closed else 0
-    images = [np.ascontiguousarray(_wrapped(image, wrap)) for image in (field.count, field.score)]
+    images = [np.ascontiguousarray(_wrapped(image, wrap)) for image in (field.count, score)]
     mean = float(field.count[field.count > 0].mean()) if field.count.any() else 1.0
-    best, inflation, shape, small = _match(integral(images[0]), integral(images[1]), mean)
+    best, inflation, shape, small, spread = _match(integral(images[0]), integral(images[1]), mean)
     inner = slice(wrap, wrap + columns)
-    return Evidence(best[:, inner], inflation[:, inner], shape[:, inner], small[:, inner])
+    return Evidence(best[:, inner], inflation[:, inner], shape[:, inner], small[:, inner]), spread
 
 
 def _wrapped(image: Floats, wrap: int) -> Floats:
@@ -200,11 +232,15 @@ def integral(image: Floats) -> Floats:
     return integral
 
 
-def _match(count: Floats, score: Floats, mean: float) -> tuple[Floats, Floats, Ints32, Floats]:
-    """Of each position the box that stands out most: its statistic, noise and number; and the small box's."""
+def _match(count: Floats, score: Floats, mean: float) -> tuple[Floats, Floats, Ints32, Floats, Floats]:
+    """Of each position the box that stands out most: its statistic, noise and number.
+
+    And the small box's statistic, and how much that varies in each row.
+    """
     height, width = count.shape[0] - 1, count.shape[1] - 1
     best, inflation = np.zeros((height, width)), np.ones((height, width))
     shape, small = np.zeros((height, width), np.int32), np.zeros((height, width))
+    small_spread = np.ones(height)
     statistic = np.empty((height, width))
     for number, (a, b) in enumerate(BOXES):
         if a > height or b > width:
@@ -213,11 +249,11 @@ def _match(count: Floats, score: Floats, mean: float) -> tuple[Floats, Floats, I
         centre, spread = (one[:, None] for one in _row_cores(statistic))
         z = np.where(statistic == 0.0, 0.0, (statistic - centre) / spread)
         if number == _SMALL:
-            small = z
+            small, small_spread = z, spread[:, 0]
         larger = np.abs(z) > np.abs(best)
         best, shape = np.where(larger, z, best), np.where(larger, np.int32(number), shape)
         inflation = np.where(larger, spread, inflation)
-    return best, inflation, shape, small
+    return best, inflation, shape, small, small_spread
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -12,6 +12,7 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.bodies import TALLEST_MM, of_another_body, tallest
 from burrscan.burrs.noise.border import border_spread_mm, deep, inner
 from burrscan.burrs.noise.sigma_calibration import calibrated
+from burrscan.burrs.noise.waves import without_waves
 from burrscan.burrs.pitch import pitches_mm
 from burrscan.burrs.sheets import of_another_surface
 from burrscan.errors import InputError
@@ -23,7 +24,7 @@ from burrscan.inspection import Axis, Generatrix
 from burrscan.pose import placed
 from burrscan.robust import SIGMA_PER_MEDIAN
 
-_CLIP = 6.0
+CLIP = 6.0
 """A vertex counts for this many sigma at most, so that a spike is no burr."""
 _VERTICES_ACROSS = 1.5
 """Side of a cell of the field, in vertex spacings."""
@@ -78,6 +79,8 @@ class Field:
         (rows, columns) vertices per cell, and the sum of their deviations in units of their noise, clipped.
     local_mm
         (N,) noise that the data show around each vertex, whatever is stated of it.
+    waves_mm
+        (N,) by how much what was taken off as waves differs around each vertex, 0 where nothing was.
     stated_mm
         (N,) stated noise as it was given, 0 where none was.
     border
@@ -104,6 +107,7 @@ class Field:
     count: Floats
     score: Floats
     local_mm: Floats
+    waves_mm: Floats
     stated_mm: Floats
     border: Bools
     vertex: Ints
@@ -164,7 +168,11 @@ class Field:
     @property
     def closed(self) -> bool:
         """Whether the field goes all the way round."""
-        return self.arc[1] >= 2.0 * np.pi - 1e-9
+        return _closed(self.arc)
+
+
+def _closed(arc: tuple[float, float]) -> bool:
+    return arc[1] >= 2.0 * np.pi - 1e-9
 
 
 def field_of(
@@ -256,12 +264,20 @@ def _gridded(
     deviation, spread = levelled(foot.distance_mm, cell, place, normal, shape, arc, finest)
     sector = cell[:, 1] // max(round(_SECTOR / step_rad), 1)
     deviation = _flattened(deviation, along, step_mm, cell[:, 0], sector, spread, even)
+    waves = np.zeros(len(deviation))
+    if even.all():  # a drawing has no noise
+        apart = without_waves(deviation, cell, shape, step_mm=step_mm, closed=_closed(arc))
+        if apart is not None:
+            left, waves = apart
+            deviation, spread = levelled(left, cell, place, normal, shape, arc, finest)
     local = _local_noise(deviation, cell[:, 0], sector, spread)
     sigma = np.maximum(local, calibrated(stated, deviation))
     # what stands up on an edge and is off the border by more than one vertex does not follow it: it is a burr
     doubtful = ~((deep_in & (deviation > 0.0)) | (counts & _mostly(counts, cell, shape[0])))
     sigma[doubtful] = np.maximum(sigma[doubtful], border_spread_mm(deviation[doubtful]))
-    count, score = _summed(deviation, sigma, cell, shape)
+    flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
+    count = summed(np.ones(len(flat)), flat, shape)
+    score = summed(np.clip(deviation / sigma, -CLIP, CLIP), flat, shape)
     return Field(
         along,
         angle,
@@ -276,6 +292,7 @@ def _gridded(
         count,
         score,
         local,
+        waves,
         stated,
         doubtful,
         vertex,
@@ -472,10 +489,6 @@ def _local_noise(deviation: Floats, row: Ints32, sector: Ints32, spread: Floats)
     return np.asarray(spread[row] * ratio[sector])
 
 
-def _summed(deviation: Floats, sigma: Floats, cell: Ints32, shape: tuple[int, int]) -> tuple[Floats, Floats]:
-    flat = np.ravel_multi_index((cell[:, 0], cell[:, 1]), shape)
-    z = np.clip(deviation / sigma, -_CLIP, _CLIP)
-    size = shape[0] * shape[1]
-    count = np.asarray(np.bincount(flat, minlength=size), np.float64)
-    score = np.asarray(np.bincount(flat, z, size), np.float64)
-    return count.reshape(shape), score.reshape(shape)
+def summed(values: Floats, flat_cell: Ints, shape: tuple[int, ...]) -> Floats:
+    """(rows, columns) sum of the values (N,) in each cell."""
+    return np.bincount(flat_cell, values, shape[0] * shape[1]).astype(np.float64).reshape(shape)

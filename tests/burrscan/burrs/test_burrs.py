@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter
 from scipy.stats import norm
 
 from bench.synthetic.revolution import RevolutionScan, RidgeBurr, revolution_scan
@@ -14,7 +15,7 @@ from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis
 from burrscan.burrs import burrs_residual
 from burrscan.burrs.detect import BOXES, evidence_of, threshold
-from burrscan.burrs.field import APART_CELLS, field_of
+from burrscan.burrs.field import APART_CELLS, CLIP, field_of, summed
 from burrscan.burrs.noise.sigma_calibration import calibrated
 from burrscan.burrs.rivals.seed import _planes_cut, burrs_seed, burrs_seed_literal
 from burrscan.errors import InputError
@@ -229,13 +230,39 @@ def test_the_threshold_keeps_its_promise() -> None:
     rng = np.random.default_rng(0)
     wheels, over = 60, 0
     for _ in range(wheels):
-        noise = rng.normal(size=field.count.shape) * np.sqrt(field.count)
-        over += bool((np.abs(evidence_of(dataclasses.replace(field, score=noise)).statistic) > limit).any())
+        noise = rng.normal(size=len(field.sigma_mm))
+        score = summed(noise, field.flat_cell, field.count.shape)
+        noisy = dataclasses.replace(field, deviation_mm=noise * field.sigma_mm, score=score)
+        over += bool((np.abs(evidence_of(noisy).statistic) > limit).any())
     # At most 0.3 wheels in expectation: more than 0.3 + 3 sigma of 60 would be a broken promise.
     assert over / wheels < 0.3 + 3.0 * np.sqrt(0.3 * 0.7 / wheels)
     assert limit == pytest.approx(
         -norm.ppf(0.3 / 2 / sum(3 * (field.count > 0).sum() / (a * b) for a, b in BOXES))
     )
+
+
+@pytest.mark.parametrize(
+    ("size", "least", "most"), [((2, 12), 8.0, np.inf), ((1, 2), 0.0, 6.0)], ids=["burr", "spikes"]
+)
+def test_what_neighbours_share_hides_no_burr_and_no_spike_is_one(
+    size: tuple[int, int], least: float, most: float
+) -> None:
+    """Where a box of n vertices varies √n times as much, a sum of 6 sigma each is as low as one of them."""
+    shape, sigma = (484, 128), 0.05
+    scan = revolution_scan("cylinder", sigma_mm=sigma, seed=15, shape=shape)
+    axis = exact_axis(scan)
+    curve = fit_generatrix(scan.vertices_mm, scan.faces, axis)
+    field = field_of(scan.vertices_mm, scan.faces, axis, curve, sigma_mm=None)
+    noise = 5.0 * uniform_filter(np.random.default_rng(0).normal(size=shape), 5)
+    noise[200 : 200 + size[0], 60 : 60 + size[1]] = 400.0
+    score = noise.ravel()[field.vertex]
+    shared = dataclasses.replace(
+        field,
+        deviation_mm=score * field.sigma_mm,
+        score=summed(np.clip(score, -CLIP, CLIP), field.flat_cell, field.count.shape),
+    )
+    strongest = float(evidence_of(shared).statistic.max())
+    assert least < strongest < most
 
 
 def test_seed_finds_the_angle_of_an_axial_burr() -> None:
