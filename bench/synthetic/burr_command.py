@@ -1,12 +1,11 @@
 """The table of burr detection, on synthetic partial scans.
 
-    python -m bench.synthetic burrs [--seeds N] [--wheels N] [--sigma MM] [--alike N]
+    python -m bench.synthetic burrs [--seeds N] [--wheels N]
 
 First: burrs of 2.0 and 1.5 mm, 0.6 degrees wide, on a stepped wheel of radius 80 to 100 mm, 140 degrees,
-123,000 triangles, noise 0.05 mm along the normal (``--sigma``), each vertex's own or averaged over N rows and
-columns (``--alike``; the bound is that of noise of each vertex); the grid of the vertices along the burr or
-at an angle to it. Errors are median, worst and root mean square in units of the stated sigma. Second: all
-else that is said of protrusions and nicks. Third: false calls on wheels without a burr. Three minutes.
+123,000 triangles, noise 0.05 mm along the normal; the grid of the vertices along the burr or at an angle to
+it. Errors are median, worst and root mean square in units of the stated sigma. Second: all else that is said
+of protrusions and nicks. Third: false calls on wheels without a burr. Three minutes.
 """
 
 from __future__ import annotations
@@ -17,24 +16,20 @@ import numpy as np
 from rich.console import Console
 
 from bench.synthetic.burr_measures import measure_rows
-from bench.synthetic.burr_table import SIGMA_MM, clean_rows, found_rows
-from bench.synthetic.revolution import Disturbance
+from bench.synthetic.burr_table import clean_rows, found_rows
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     parser.add_argument("--seeds", type=int, default=30)
     parser.add_argument("--wheels", type=int, default=504)
-    parser.add_argument("--sigma", type=float, default=SIGMA_MM, help="noise of the first table, mm")
-    parser.add_argument("--alike", type=int, default=1, help="rows and columns over which it is averaged")
 
 
 def run(given: argparse.Namespace) -> None:
     """Print both tables, row by row."""
     say = Console(soft_wrap=True, highlight=False).print
     say("grid | height mm | found | false | height mm: median, worst, pull | angle deg | area mm² | bound")
-    noise = Disturbance(given.sigma, correlated_over=given.alike)
-    for row in found_rows(given.seeds, noise=noise):
+    for row in found_rows(given.seeds):
         each = [row.quantities[name].text(digits) for name, digits in DIGITS.items()] if row.found else []
         bound = np.median(row.bounds, axis=0) if row.bounds else (np.inf, np.inf)
         say(

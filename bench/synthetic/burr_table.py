@@ -69,25 +69,27 @@ class Row:
     bounds: list[tuple[float, float]] = field(default_factory=list)
 
 
-def found_rows(seeds: int, *, noise: Disturbance) -> Iterator[Row]:
+def found_rows(seeds: int) -> Iterator[Row]:
     """Every kind of grid and height, ``seeds`` scans each."""
     for grid, turns in TURNS.items():
         for height_mm in HEIGHTS_MM:
             row = Row(grid, height_mm)
             for seed in range(seeds):
-                _count(row, turns, noise, seed)
+                _count(row, turns, seed)
             yield row
 
 
-def _count(row: Row, turns: tuple[float, float], noise: Disturbance, seed: int) -> None:
+def _count(row: Row, turns: tuple[float, float], seed: int) -> None:
     rng = np.random.default_rng(5000 + seed)
     burr = RidgeBurr(angle_deg=float(rng.uniform(-60.0, 60.0)), height_mm=row.height_mm, width_deg=WIDTH_DEG)
-    scan = grid_scan(turn_deg=float(rng.uniform(*turns)), noise=noise, seed=seed, burrs=(burr,))
+    scan = grid_scan(
+        turn_deg=float(rng.uniform(*turns)), noise=Disturbance(SIGMA_MM), seed=seed, burrs=(burr,)
+    )
     inspection = inspect_mesh(scan.vertices_mm, scan.faces)
     angles = [angle_error_deg(scan, found, burr) for found in inspection.burrs]
     right = [abs(angle) < WITHIN_DEG for angle in angles]
     row.runs, row.false = row.runs + 1, row.false + len(right) - sum(right)
-    row.bounds.append(cramer_rao(_places(scan), burr, sigma_mm=noise.sigma_mm))
+    row.bounds.append(cramer_rao(_places(scan), burr, sigma_mm=SIGMA_MM))
     if any(right):
         row.found += 1
         first = right.index(True)
