@@ -50,12 +50,14 @@ def without_waves(
     block = np.ravel_multi_index((cell[:, 0] // size, cell[:, 1] // size), blocks)
     place = (cell + 0.5) / size - 0.5
     left, spread = deviation, np.zeros(len(deviation))
+    most = _PAYS * float(np.median(np.abs(deviation)))
     for _ in range(_PASSES):
         middle, scatter = _around(_medians(left, block, blocks), closed=closed)
         left = left - _between(middle, place, closed=closed)
+        if not np.median(np.abs(left)) < most:
+            return None
         spread = np.maximum(spread, _between(scatter, place, closed=closed))
-    before, after = (float(np.median(np.abs(one))) for one in (deviation, left))
-    return (left, spread) if after < _PAYS * before else None
+    return left, spread
 
 
 def _medians(values: Floats, block: Ints, shape: tuple[int, ...]) -> Floats:
