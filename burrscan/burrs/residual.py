@@ -27,6 +27,7 @@ from burrscan.burrs.local_cfar import boxed, convincing, without_satellites
 from burrscan.burrs.mirror_image import burr_of, is_an_image
 from burrscan.burrs.no_curve import MOST_WITHOUT, shares_without
 from burrscan.burrs.noise.correlated_noise import Doubt, Noise, doubt_of, noise_around
+from burrscan.burrs.noise.waves import WIDEST_MM
 from burrscan.burrs.openings import MOST_OPEN, Openings
 from burrscan.burrs.past_end import past_end
 from burrscan.burrs.pose import share_around
@@ -206,13 +207,14 @@ def _certain(
         if openings and openings.beside(region) > MOST_OPEN and not on_edge(field, crest, region.sign):
             continue
         burr = describe(field, site, axis, facing=cosine)
-        if burr is None:
+        waves_mm = _OF_WAVES * float(np.median(field.waves_mm[crest]))
+        if burr is None or (waves_mm > 0.0 and burr.width_mm.value > WIDEST_MM):
             continue
         if openings is None and burr.side == "nick" and is_an_image(field, site.chosen[site.on]):
             burr = burr_of(burr, widest_mm=widest_mm)
         along = 1.0 if air else float(np.sqrt(max(1.0 - share_around(burr, axis) ** 2, 0.0)))
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
-        shared_mm = float(np.hypot(shared_mm, _OF_WAVES * np.median(field.waves_mm[crest])))
+        shared_mm = float(np.hypot(shared_mm, waves_mm))
         size = high / float(np.hypot(own_mm, shared_mm))
         if size > least:
             sure = _less_sure(burr, share=shared_mm / burr.height_mm.value)

@@ -16,6 +16,8 @@ from burrscan.robust import SIGMA_PER_MEDIAN
 
 _WINDOW_MM = 15.0
 """Side of the surroundings: five times the width of the widest burr that is asked for."""
+WIDEST_MM = 5.0
+"""Of what is told from waves once these are off: a third of the window. Wider, its median follows a burr."""
 _BLOCKS = 5
 """Blocks along a side of the surroundings: a burr fills one or two of five columns, and no median of them."""
 _FEWEST_CELLS = 2
