@@ -185,10 +185,13 @@ def evidence_of(field: Field) -> Evidence:
     """Match every box everywhere. O(V + cells × shapes).
 
     Where neighbours share their noise a box of n vertices varies by up to √n times what theirs is, and no sum
-    of what counts for 6 sigma at most would stand out. There vertices count for as many times more as a small
-    box varies more, but only beside two others as far off: a spike stays one.
+    of what counts for 6 sigma at most would stand out. There, where waves were taken off, vertices count for
+    as many times more as a small box varies more, but only beside two others as far off: a spike stays one.
+    Not elsewhere: what a part's own texture does to boxes looks alike.
     """
     evidence, spread = _matched(field, field.score)
+    if not field.waves_mm.any():
+        return evidence
     score = _in_company(field, spread)
     return evidence if score is None else _matched(field, score)[0]
 

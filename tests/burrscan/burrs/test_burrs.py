@@ -260,6 +260,7 @@ def test_what_neighbours_share_hides_no_burr_and_no_spike_is_one(
         field,
         deviation_mm=score * field.sigma_mm,
         score=summed(np.clip(score, -CLIP, CLIP), field.flat_cell, field.count.shape),
+        waves_mm=np.full(len(score), sigma),
     )
     strongest = float(evidence_of(shared).statistic.max())
     assert least < strongest < most
