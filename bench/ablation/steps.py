@@ -201,6 +201,7 @@ STEPS: tuple[Step, ...] = (
     Step("more nodes where the curve bends", "generatrix", {f"{_EXACT}:halved": lambda line, *_: line}),
     Step("ends where the data end", "generatrix", {f"{_EXACT}:cut_back": lambda line, *_: line}),
     Step("fit to all vertices after the cells", "generatrix", {f"{_EXACT}:_TUKEY_STEPS": 0}),
+    Step("waves taken off", "burrs", {"burrscan.burrs.field:without_waves": lambda *_, **__: None}),
     Step(
         "backs of thin walls left out",
         "burrs",
