@@ -47,8 +47,8 @@ _EDGE_SPACINGS = 4.0
 _FEWEST_INSIDE = 4
 """Fewer vertices than this off the border of the mesh are no evidence."""
 _OF_WAVES = 0.5
-"""Share of what waves differ by around an anomaly that they may be off by below it, all alike. Of what stood
-that high there by false calls at most 2.7 times it was seen, by four in five true ones over 4 times."""
+"""Share of what waves differ by around an anomaly that they may be off by below it, all alike. Calls on what
+was left of waves were 0.4 to 2.7 times as high as those differ, four in five true burrs over 4 times."""
 _THROUGH = 0.6
 """Share of the columns of an anomaly that the crest of a burr runs through: lower are its ends, or torn."""
 
