@@ -77,7 +77,9 @@ def test_burrs_are_found_among_waves_and_waves_are_none() -> None:
         assert len(found(scan)) <= count
 
 
-@pytest.mark.parametrize(("part", "number"), [("wheels", 830018), ("plates", 830027), ("vases", 860026)])
+@pytest.mark.parametrize(
+    ("part", "number"), [("wheels", 830018), ("plates", 830027), ("vases", 860026), ("wheels", 910018)]
+)
 def test_what_is_left_of_waves_is_no_burr(part: str, number: int) -> None:
-    """Views of clean parts, noise alike over ten pixels: called without doubt of waves, or of wide ones."""
+    """Views of clean parts, noise alike over ten pixels: called without doubt of waves, wide ones or rows."""
     assert clean_view(part, number, noise=0.001, reach_px=10.0).burrs == ()
