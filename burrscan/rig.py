@@ -12,11 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from burrscan.arrays import Floats, freeze
+from burrscan.errors import InputError
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 """k1, k2, p1, p2, k3 of a lens that does not distort (OpenCV's order)."""
 UNDISTORT_STEPS = 12
 """Fixed-point steps: each shrinks the error by about 3 |k1| r², to 1e-9 where that is below a sixth."""
+_LOOKED_AT = 9
+"""Places along each side of a raster where a new lens is tried; bending is strongest in the corners."""
+_ASTRAY_PX = 0.5
+"""A pixel whose ray leads that far from it has none: no lens folds its picture over."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,11 @@ class View:
     distortion
         ``k1, k2, p1, p2, k3``.
 
+    Raises
+    ------
+    InputError
+        For coefficients that leave some pixels without a ray, as no lens does.
+
     """
 
     width: int
@@ -41,6 +51,19 @@ class View:
     cx: float
     cy: float
     distortion: tuple[float, float, float, float, float] = NO_DISTORTION
+
+    def __post_init__(self) -> None:
+        if self.distortion == NO_DISTORTION:
+            return
+        sides = (np.linspace(0.0, side - 1.0, _LOOKED_AT) for side in (self.width, self.height))
+        pixels = np.stack(np.meshgrid(*sides), axis=-1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            astray = np.abs(self.project(self.rays(pixels)) - pixels).max()
+        if not astray < _ASTRAY_PX:
+            raise InputError(
+                f"distortion {', '.join(f'{k:g}' for k in self.distortion)} (k1, k2, p1, p2, k3, as OpenCV "
+                f"writes them) is no lens of {self.width}×{self.height} px: some pixels would look nowhere"
+            )
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -164,5 +164,5 @@ class RecordForm:
     metrics: Numbers
     burrs: tuple[BurrForm, ...]
     failure: FailureForm | None
-    timings_s: Numbers = field(default_factory=dict)
+    timings_s: Mapping[str, float] = field(default_factory=dict)
     budget: Mapping[str, Numbers] = field(default_factory=dict)

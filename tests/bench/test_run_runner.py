@@ -257,6 +257,17 @@ def test_a_run_whose_parent_was_killed_is_finished_with_the_same_records(
     assert without_timings(load_run(out).records) == without_timings(load_run(whole).records)
 
 
+def test_a_time_that_is_no_number_is_refused(one_failed: Path, tmp_path: Path) -> None:
+    """A metric may be unknown, a time never is."""
+    shutil.copytree(one_failed, tmp_path / "r")
+    records = tmp_path / "r" / "records.jsonl"
+    line = json.loads(records.read_text().splitlines()[0])
+    line["timings_s"] = {"scan": None}
+    records.write_text(json.dumps(line) + "\n")
+    with pytest.raises(InputError, match=r"timings_s\.scan"):
+        load_run(tmp_path / "r")
+
+
 @pytest.mark.parametrize(
     ("error", "traceback", "again"),
     [

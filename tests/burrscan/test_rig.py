@@ -1,11 +1,14 @@
 """The devices' model against OpenCV's, and its own inverse."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from burrscan.errors import InputError
 from burrscan.rig import View
 from scenes.rig import RigSpec
 
@@ -25,6 +28,16 @@ def test_projection_is_opencvs() -> None:
 def test_rays_go_through_their_pixels(column: float, row: float) -> None:
     ray = VIEW.rays(np.array([column, row]))
     assert VIEW.project(ray * 600.0) == pytest.approx([column, row], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "bent", [(0.0, -99999.0, 0.0, 0.0, 0.0), (-6.0, 0.0, 0.0, 0.0, 0.0), (1e200, 0.0, 0.0, 0.0, 0.0)]
+)
+def test_coefficients_that_fold_the_picture_over_are_no_lens(
+    bent: tuple[float, float, float, float, float],
+) -> None:
+    with pytest.raises(InputError, match="no lens of 640×512 px"):
+        replace(VIEW, distortion=bent)
 
 
 def test_points_behind_a_device_have_no_pixel() -> None:
