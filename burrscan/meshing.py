@@ -27,7 +27,7 @@ def surface(
     outlier_z: float = 5.0,
     least_pixels: int = 40,
 ) -> Surface:
-    """Triangulate, drop outliers, and mesh.
+    """Triangulate, drop outliers and what the border of the projector's picture crosses, and mesh.
 
     Parameters
     ----------
@@ -53,12 +53,29 @@ def surface(
 
     """
     points, sigma = triangulate(at_centres(correspondence, radiance), rig)
+    points[~_within_light(points, rig)] = np.nan
     pitch = 0.5 * (1.0 / rig.camera.fx + 1.0 / rig.camera.fy)
     reach = float(np.tan(np.radians(grazing_deg))) * pitch
     depth, variance = _planes(points, sigma)
     keep = _agrees_with_neighbours(depth, variance, reach, outlier_z)
     keep = _large_pieces(depth, variance, keep, reach, least_pixels)
     return _mesh(points, sigma, keep, _faces(depth, variance, _numbers(keep), reach))
+
+
+def _within_light(points: Floats, rig: Rig) -> Bools:
+    """(h, w) which points lie off the border of the projector's picture, by a pixel of either device.
+
+    Of a pixel which that border crosses a part alone is lit, and its column is the mean over that part.
+    O(pixels).
+    """
+    there = rig.to_projector(points)
+    u, v = np.moveaxis(rig.projector.project(there), -1, 0)
+    height, width = rig.projector.shape
+    with np.errstate(divide="ignore", invalid="ignore"):
+        seen_px = points[..., 2] / rig.camera.fx * rig.projector.fx / there[..., 2]
+        off = np.minimum(np.minimum(u, width - 1.0 - u), np.minimum(v, height - 1.0 - v)) + 0.5
+        within: Bools = off >= np.maximum(seen_px, 1.0)
+    return within
 
 
 def _mesh(points: Floats, sigma: Floats32, keep: Bools, faces: Ints32) -> Surface:

@@ -20,8 +20,18 @@ def scene(rig: Rig, depth: Floats, *, sigma_px: float = 0.02, seed: int = 3) -> 
     return Correspondence(u.astype(np.float32), np.full(u.shape, sigma_px, np.float32), mask)
 
 
+def lit(*, width: int = 160) -> Rig:
+    """The small rig with a projector that lights all that its camera sees."""
+    rig = small_rig(width=width)
+    one = rig.projector
+    wide = replace(
+        one, width=3 * one.width, height=3 * one.height, cx=one.cx + one.width, cy=one.cy + one.height
+    )
+    return replace(rig, projector=wide)
+
+
 def test_a_plane_is_one_sheet_that_faces_the_camera() -> None:
-    rig = small_rig()
+    rig = lit()
     found = surface(scene(rig, plane_depth(camera_rays(rig.camera))), rig)
     rows, columns = rig.camera.shape
     assert found.mask.mean() > 0.995
@@ -33,7 +43,7 @@ def test_a_plane_is_one_sheet_that_faces_the_camera() -> None:
 
 
 def test_no_face_spans_a_step() -> None:
-    rig = small_rig()
+    rig = lit()
     depth = plane_depth(camera_rays(rig.camera))
     depth[:, 80:] += 60.0
     found = surface(scene(rig, depth), rig)
@@ -43,7 +53,7 @@ def test_no_face_spans_a_step() -> None:
 
 
 def test_a_spike_and_a_speck_are_dropped() -> None:
-    rig = small_rig()
+    rig = lit()
     depth = plane_depth(camera_rays(rig.camera))
     depth[40, 40] += 8.0
     depth[90:105, 90:105] = np.nan
@@ -53,8 +63,24 @@ def test_a_spike_and_a_speck_are_dropped() -> None:
     assert not found.mask[90:105, 90:105].any()
 
 
+@pytest.mark.parametrize("width", [160, 60])
+def test_what_the_border_of_the_projectors_picture_crosses_is_dropped(width: int) -> None:
+    """On either side of it, and by a pixel of the camera where that is the larger, as here with 60."""
+    rig = replace(small_rig(), camera=small_rig(width=width).camera)
+    depth = plane_depth(camera_rays(rig.camera))
+    found = surface(scene(rig, depth), rig)
+    points = camera_rays(rig.camera) * depth[..., None]
+    shape = np.array(rig.projector.shape[::-1])
+    from_border = np.minimum(rig.correspond(points) + 0.5, shape - 0.5 - rig.correspond(points)).min(axis=-1)
+    beside = np.linalg.norm(points - rig.projector_centre_mm, axis=-1)
+    pixel = np.maximum(1.0, depth / rig.camera.fx * rig.projector.fx / beside)
+    assert np.count_nonzero(from_border < 0.0) > 20
+    assert not found.mask[from_border < 0.9 * pixel].any()
+    assert found.mask[from_border > 1.2 * pixel].all()
+
+
 def test_the_criterion_has_no_scale() -> None:
-    small, large = small_rig(width=80), small_rig(width=240)
+    small, large = lit(width=80), lit(width=240)
     shares = []
     for rig in (small, large):
         depth = plane_depth(camera_rays(rig.camera), tilt=1.5)
@@ -77,7 +103,7 @@ def test_a_triangles_long_side_may_rise_by_the_root_of_two_more(
 
 
 def test_the_radiance_takes_the_points_to_the_pixels_centres() -> None:
-    rig = small_rig(width=80)
+    rig = lit(width=80)
     truth = plane_depth(camera_rays(rig.camera))
     there = scene(rig, truth, sigma_px=1e-3)
     # dark to the left of a fifth of column 40, five times as bright to the right of it: at 0.2 of the pixel
@@ -95,14 +121,14 @@ def test_the_radiance_takes_the_points_to_the_pixels_centres() -> None:
 
 
 def test_an_empty_scan_gives_an_empty_mesh() -> None:
-    rig = small_rig(width=80)
+    rig = lit(width=80)
     found = surface(scene(rig, np.full(rig.camera.shape, np.nan)), rig)
     assert len(found.faces) == 0
     assert len(found.vertices_mm) == 0
 
 
 def test_the_fast_plane_test_equals_plain_least_squares() -> None:
-    rig = small_rig(width=48)
+    rig = lit(width=48)
     depth = plane_depth(camera_rays(rig.camera), tilt=1.2)
     depth[:, 30:] += 25.0
     rng = np.random.default_rng(8)

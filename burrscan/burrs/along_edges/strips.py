@@ -89,6 +89,15 @@ class _Scene(NamedTuple):
         """(N, 2) pixels (x, y) of points (N, 3) of the part frame."""
         return self.sight.rig.camera.project(placed(self.T_camera_part, part_mm))
 
+    def projected_on(self, part_mm: Floats) -> Bools:
+        """(N,) which points (N, 3) of the part frame the projector lights, a strip off its border."""
+        rig = self.sight.rig
+        x, y = rig.projector.project(placed(rig.T_projector_camera @ self.T_camera_part, part_mm)).T
+        height, width = rig.projector.shape
+        off = REACH * self.pixel_mm * rig.projector.fx / np.linalg.norm(part_mm - self.lamp, axis=1)
+        inside: Bools = (np.minimum(x, y) > off) & (x < width - 1 - off) & (y < height - 1 - off)
+        return inside
+
 
 class _Circle(NamedTuple):
     """Half of an edge, which the camera may see: angles (N,), points in the part frame, pixels (x, y)."""
@@ -195,11 +204,12 @@ def _faces(edge: _Edge) -> list[tuple[Floats, Floats]]:
 
 
 def _seen(circle: _Circle, scene: _Scene) -> Bools:
-    """(N,) where the edge lies in the picture and something was measured beside it: nothing hides it."""
+    """(N,) where the edge lies in both pictures and something was measured beside it: nothing hides it."""
     height, width = scene.sight.radiance.shape
     reach, near = _SEEN
     x, y = np.rint(circle.xy).astype(np.int64).T
     inside = (x > REACH) & (x < width - REACH - 1) & (y > REACH) & (y < height - REACH - 1)
+    inside &= scene.projected_on(circle.part)
     seen = np.zeros(len(inside), np.bool_)
     at = np.flatnonzero(inside)
     points_mm, edge_mm = scene.sight.points_mm, placed(scene.T_camera_part, circle.part[at])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,22 @@ def test_pixels_lie_on_the_face_and_where_they_are_said_to_be(direction: tuple[f
         assert np.corrcoef(from_edge, np.abs(strip.off_px[on]))[0, 1] > 0.95
         mirrored = strip.from_mirror[np.argsort(strip.arc_px)]
         assert mirrored[:half].mean() * mirrored[-half:].mean() < 0.0  # the mirror's place lies between
+
+
+def test_an_edge_is_looked_at_as_far_as_the_projector_lights_it() -> None:
+    """A narrow one: beyond the border of its picture it is as dark as beside a burr."""
+    scene, whole = Scene(), []
+    for share in (1.0, 0.4):
+        one = scene.rig.projector
+        narrow = replace(one, width=int(share * one.width), cx=one.cx - 0.5 * (1.0 - share) * one.width)
+        scene.rig = replace(scene.rig, projector=narrow)
+        whole.append(strips(scene.sight(), scene.axis, _full(scene)))
+        for strip in whole[-1]:
+            points = scene.points[strip.row, strip.column]
+            x = scene.rig.correspond(points[np.isfinite(points).all(axis=1)])[:, 0]
+            assert x.min() > 0.0
+            assert x.max() < narrow.width - 1.0
+    assert 500 < sum(len(strip.row) for strip in whole[1]) < 0.8 * sum(len(strip.row) for strip in whole[0])
 
 
 def _full(scene: Scene) -> Polyline:
