@@ -127,6 +127,7 @@ def burrs_residual(
     at_mm = None if sight is None else sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction))
     certain = _certain(field, found, axis, false_calls_per_wheel, openings, at_mm=at_mm, widest_mm=widest_mm)
     certain = _with_a_curve_around(certain, field, faces)
+    known = _place_known(axis, within_mm=field.spacing_mm)
     seen: list[Burr] = []
     if sight is None:
         certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
@@ -134,6 +135,8 @@ def burrs_residual(
         surface, looks, places = disturbed(
             sight, axis, generatrix, widest_mm=widest_mm, scratches=several_views
         )
+        if not known:
+            places = []
         image = partial(is_interreflected, axis=axis, line=line, rig=sight.rig)
         certain = [one for one in certain if not image(vertices_mm[_crest_of(field, one)])]
         places = [place for place in places if not image(_measured(sight, surface, place))]
@@ -155,7 +158,7 @@ def burrs_residual(
     kept = without_satellites(field, [one.region for one in certain], [one.size for one in certain])
     burrs = [*(certain[i].burr for i in kept), *seen, *outlined.burrs]
     if sight is not None:
-        if not several_views:
+        if known and not several_views:
             burrs += along_edges(sight, axis, generatrix, called=burrs)
         burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
@@ -172,6 +175,15 @@ class _Certain(NamedTuple):
     size: float
     on: Ints
     place: Place | None = None
+
+
+def _place_known(axis: Axis, *, within_mm: float) -> bool:
+    """Whether the axis's place is known to a vertex: of an end face alone it is not.
+
+    Then nobody knows where edges are, and light that changes at one is no evidence.
+    """
+    unknown: bool = np.trace(axis.covariance[2:, 2:]) > within_mm**2  # NaN where a method states none
+    return not unknown
 
 
 def _certain(

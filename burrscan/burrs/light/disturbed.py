@@ -33,8 +33,8 @@ _DEPTH_Z = 6.0
 """Robust standard deviations, of cells looked at alike, by which the depth is off: beyond what noise shows on
 100,000 cells, whose tails are heavier than normal ones. It hardly matters: of 224 burrs in 268 adaptive scans
 217 are found with 6 and 215 with 5, beside 12 and 13 false calls."""
-_LEAST_SCATTER_MM = 1e-9
-"""Of the depth; less is the arithmetic's."""
+_LEAST_SCATTER = 1e-9
+"""Of the depth, mm, and of the logarithm of the light; less is the arithmetic's."""
 _LEAST_CELLS = 15
 """Cells of a place; fewer are a spot."""
 _LEAST_ROWS = 5
@@ -182,10 +182,12 @@ def disturbed(
     rest, predicted, scatter = excess(brightness, known, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
     depths = np.where(measured & surface.open, deviation, np.nan)
-    calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER_MM)
+    calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER)
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm)
     hole = ~measured & _measurable(predicted, measured, surface.open)
-    strange = np.abs(rest) > np.maximum(_LIGHT_Z * scatter[:, None], _LEAST_CONTRAST)
+    # the dark sectors of an end face are noisy, and a parallel crosses them all
+    usual = np.maximum(scatter[:, None], cell_sigma(rest, _shares(predicted), least=_LEAST_SCATTER))
+    strange = np.abs(rest) > np.maximum(_LIGHT_Z * usual, _LEAST_CONTRAST)
     both = surface.open & strange & (hole | off)
     found = _places(both, surface.open & (hole | off), surface.open)
     taken = np.logical_or.reduce([np.zeros(surface.open.shape, bool), *found])
@@ -228,6 +230,13 @@ def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) 
     deviation = deviation_mm(sight.points_mm.reshape(-1, 3), axis, generatrix).reshape(shape)
     share = surface.sampled(np.isfinite(sight.points_mm[..., 2]).astype(float), order=1)
     return share >= 0.5, surface.sampled(np.nan_to_num(deviation), order=0)
+
+
+def _shares(predicted: Floats) -> Floats:
+    """How bright cells should be, from the darkest, 0, to the brightest, 1; 0 where nobody knows."""
+    known = predicted[np.isfinite(predicted)]
+    low, high = float(known.min(initial=np.inf)), float(known.max(initial=-np.inf))
+    return np.nan_to_num((predicted - low) / max(high - low, _LEAST_SCATTER))
 
 
 def _measurable(predicted: Floats, measured: Bools, open_cells: Bools) -> Bools:

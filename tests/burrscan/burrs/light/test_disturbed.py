@@ -54,6 +54,21 @@ def test_doubtful_depth_and_holes_alone_are_none(seed: int) -> None:
     assert found(scene)[1] == []
 
 
+def test_the_noise_of_what_is_dark_is_none() -> None:
+    """As on the dark sectors of an end face: the darker the noisier, a third of it without a depth."""
+    calls = 0
+    for seed in range(6):
+        scene = Scene(seed=seed)
+        rng = np.random.default_rng(90 + seed)
+        noise, holes = (ndimage.gaussian_filter(rng.normal(size=scene.on.shape), 0.7) for _ in range(2))
+        dark = scene.on & (scene.log_light < 2.0)
+        scene.lost |= dark & (holes < np.quantile(holes, 0.35))
+        darker = np.exp(np.minimum(2.0 - scene.log_light, 1.5))
+        scene.log_light[dark] += (0.15 * darker * noise / noise.std())[dark]
+        calls += len(found(scene)[1])
+    assert calls <= 1  # 20 by the scatter of the rows alone
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_dark_line_with_holes_stands_up(seed: int) -> None:
     scene = Scene(seed=seed)

@@ -52,6 +52,15 @@ def test_where_hardly_any_depth_is_the_light_alone_tells() -> None:
     assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 0.5
 
 
+@pytest.mark.parametrize(("sigma_mm", "calls"), [(0.1, 1), (np.nan, 1), (20.0, 0)])
+def test_light_tells_nothing_where_nobody_knows_where_the_axis_lies(sigma_mm: float, calls: int) -> None:
+    scene = Scene()
+    dark_line(scene)
+    scene.lost |= scene.band(20.0, 3.0, -15.0, 12.0)
+    scene.axis = replace(scene.axis, covariance=np.diag([0.0, 0.0, sigma_mm**2, sigma_mm**2]))
+    assert len(burrs_of(scene, seen=True)) == calls
+
+
 @pytest.mark.parametrize(
     ("facing", "unmeasured", "contrast", "grazed"),
     [
