@@ -31,7 +31,7 @@ def scan_adaptive(
     frames: int = 60,
     crude_frequencies: int = 7,
     bracket_ratio: float = 17.0,
-    least_intensity: float = 0.005,
+    least_intensity: float = 0.02,
     max_sigma_px: float = 0.35,
 ) -> Scan:
     """Scan with per-pixel intensities that keep every lit camera pixel within its range.
@@ -47,8 +47,8 @@ def scan_adaptive(
     bracket_ratio
         Between the exposures of the bracket.
     least_intensity
-        The dimmest light that still carries a pattern; below it 8 bits and the projector's black level spoil
-        the sine.
+        The dimmest light that still carries a pattern; below it 8 bits, of which five levels are left, and
+        the projector's black level spoil the sine. What is brighter still the crude round tells.
     max_sigma_px
         Pixels with a larger stated sigma are not accepted.
 

@@ -10,6 +10,7 @@ from burrscan.arrays import Bools, Floats
 from burrscan.correspondence import Scan
 from burrscan.errors import InputError
 from burrscan.scan import METHODS
+from burrscan.scan.adaptive import scan_adaptive
 from burrscan.scan.exposure import best_exposure_ms, bracket, ladder_ms, sine_sigma_px
 from burrscan.scan.rivals.fixed import scan_fixed
 from burrscan.variants import resolve
@@ -90,6 +91,34 @@ def test_adaptive_covers_more(indirect: float) -> None:
 def test_adaptive_leaves_nothing_saturated() -> None:
     found = outcome("adaptive")
     assert found.scan.saturated[found.measurable].mean() <= 0.005
+
+
+@dataclass
+class Glint(Instrument):
+    """A streak of three millimetres, two pixels and a half, shines so many times as much."""
+
+    times: float = 1.0
+
+    def _seen(self, pixels: Floats) -> tuple[Floats, Floats]:
+        points, gain = super()._seen(pixels)
+        return points, gain * (1.0 + self.times * np.exp(-0.5 * self.from_streak(points) ** 2))
+
+    @staticmethod
+    def from_streak(points_mm: Floats) -> Floats:
+        off: Floats = (points_mm[..., 0] + 0.5 * points_mm[..., 1] - 30.0) / 3.0
+        return off
+
+
+@pytest.mark.parametrize(("times", "most"), [(100.0, 1.3), (1000.0, 1.8)])
+def test_sigmas_hold_beside_a_glint(times: float, most: float) -> None:
+    """Light is dimmed so far there that it changes across a pixel, and has few of its levels left."""
+    instrument = Glint(small_rig(width=240), decades=1.5, peak_e_per_ms=400.0, times=times)
+    found = scan_adaptive(instrument).correspondence
+    points, _ = instrument._seen(instrument.rig.camera.pixel_grid())
+    beside = found.mask & (np.abs(Glint.from_streak(points)) < 2.5)
+    pull = (found.u_px - instrument.truth_u)[beside] / found.sigma_u_px[beside]
+    assert np.count_nonzero(beside) > 1500
+    assert 0.8 < float(np.sqrt(np.mean(pull**2))) < most
 
 
 def test_nothing_is_decoded_where_there_is_no_light() -> None:
