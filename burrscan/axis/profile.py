@@ -63,6 +63,11 @@ MOST_ROUND = 0.8
 """Share of inliers on the round side from which nothing else is tried: burrs and rounded edges take less."""
 FINER = (1.0, 2.0, 4.0)
 """Resolutions that are tried there, over the usual one."""
+ANNEALED = ((0.1, COARSE_BLUR), (0.03, 0.03), (0.01, BLUR))
+"""Noise that is allowed for and resolution, one after the other, in rms radii: from what a start may be off
+by to the noise of cells."""
+ANNEALED_STEPS = 8
+"""Gauss-Newton steps of each: five leave the axis on its way."""
 SLOPE_NOISE = 0.015
 """A piece is long enough for its slope to be known this well, in radians."""
 
@@ -162,7 +167,7 @@ def find_axis_profile(
         for weights, (fit, thick) in zip(weightings, seen, strict=True)
     ]
     fit, known = min(stated, key=lambda one: log_covariance_determinant(one[1]))
-    flags = undetermined(means, counts, cloud.points, cloud.weights, rough=rough, fit=fit, known=known)
+    flags = undetermined(means, counts, cloud.points, cloud.weights, fit=fit, known=known)
     rivals = others(fit, rivals, float(counts.sum()))
     other = _other_probability(means, counts, fit, rivals, known=known, noise=SMOOTH * raw_sigma)
     off = off_probability(known.covariance[:2, :2], freedom=known.freedom)
@@ -187,7 +192,11 @@ def _where_likelier(
     if here.round_share >= MOST_ROUND:
         return fit, here
     found = [(fit, here)]
-    places = (fit.place, sharpest_place(*thinned, fit.frame, fit.place))
+    places = (
+        fit.place,
+        sharpest_place(*thinned, fit.frame, fit.place),
+        _annealed(thinned[0], fit).place,
+    )
     for place, finer in product(places, FINER):
         other = refine(
             points, weights, fit.frame[:, 2], place,
@@ -195,7 +204,30 @@ def _where_likelier(
             raw_sigma=fit.raw_sigma, thinned=thinned, least=fit.least,
         )  # fmt: skip
         found.append((other, thickness_of(points, other)))
-    return min(found, key=lambda one: unlikelihood(one[1], one[0]))
+    return likeliest(found)
+
+
+def likeliest(found: list[tuple[Fit, Thickness]]) -> tuple[Fit, Thickness]:
+    """The fit that is likeliest, of those whose round side fits if there are any.
+
+    That of points which are nearly all a face's hardly knows of the round side.
+    """
+    fitting = [one for one in found if one[1].round_share >= MOST_ROUND]
+    return min(fitting or found, key=lambda one: unlikelihood(one[1], one[0]))
+
+
+def _annealed(means: Floats, fit: Fit) -> Fit:
+    """A fit to (M, 3) means of cells, each counting once, while the noise that is allowed for shrinks.
+
+    Graduated non-convexity (Blake & Zisserman 1987): at first the round side counts, however far the start
+    is off; by area it is more of the part than by points, of which a face that is seen squarely has most.
+    """
+    for sigma, blur in ANNEALED:
+        fit = refine(
+            means, np.empty(0), fit.frame[:, 2], fit.place,
+            blur=blur, steps=ANNEALED_STEPS, sigma=sigma, least=fit.least,
+        )  # fmt: skip
+    return fit
 
 
 def _other_probability(

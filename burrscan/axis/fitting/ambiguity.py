@@ -19,14 +19,13 @@ LARGEST_TILT = np.radians(5.0)
 """A direction less certain than this (one sigma) is called undetermined."""
 LARGEST_OFFSET = 0.25
 """A position less certain than this share of the rms radius is called undetermined."""
-AS_GOOD = 1.03
-"""A plane or sphere with at most this many times the noise of the generatrix explains the data as well."""
 EXACT = 5e-5
 """Deviations below this share of the rms radius are not the shape's: voxel means bend by as much."""
-NEAR = 0.02
-"""A plane or sphere within this share of the rms radius is looked at more closely."""
-FEW, CLEARLY = 1000, 3.0
-"""A thousand points suffice to tell that a shape is this many times too far off."""
+NEAR, CLEARLY = 0.06, 3.0
+"""A plane or sphere within this share of the rms radius, or so many times the noise, is looked at more
+closely."""
+FEW = 1000
+"""Points that suffice to tell that it is further off."""
 MOST_LOOKED_AT = 200_000
 """Raw points whose squares are summed, evenly thinned: bounds the time; the sum of so many is known to 0.3
 %."""
@@ -45,7 +44,6 @@ def undetermined(
     raw: Floats,
     raw_weights: Floats,
     *,
-    rough: Fit,
     fit: Fit,
     known: AxisCovariance,
 ) -> tuple[str, ...]:
@@ -57,8 +55,8 @@ def undetermined(
         (M, 3) in the canonical frame and (M,): voxel means of the smoothed points.
     raw, raw_weights
         (V, 3) the points themselves and (V,) weights, or none.
-    rough, fit, known
-        The fit to those means, the fit to all points, and its covariance.
+    fit, known
+        The fit to all points, and its covariance.
 
     Returns
     -------
@@ -70,43 +68,40 @@ def undetermined(
         return ("direction", "position")
     open_ = []
     few, few_weights = (data[:: len(points) // FEW + 1] for data in (points, weights))
-    limit = AS_GOOD * max(rough.sigma, EXACT)
     for flag, model, part, largest in (
         ("direction", sphere_residuals, slice(0, 2), LARGEST_TILT),
         ("position", plane_residuals, slice(2, 4), LARGEST_OFFSET),
     ):
         sigma = robust_sigma(model(few, few_weights) * np.sqrt(few_weights))
-        if sigma <= CLEARLY * max(NEAR, limit):
-            sigma = robust_sigma(model(points, weights) * np.sqrt(weights))
-        if (
-            _largest_sigma(known.covariance[part, part]) > largest
-            or sigma <= limit
-            or (sigma <= NEAR and _explains(model, raw, raw_weights, fit, known.noise))
+        if _largest_sigma(known.covariance[part, part]) > largest or (
+            sigma <= max(NEAR, CLEARLY * known.noise) and _explains(model, raw, raw_weights, fit, known)
         ):
             open_.append(flag)
     return tuple(open_)
 
 
-def _explains(model: Model, raw: Floats, weights: Floats, fit: Fit, noise: float) -> bool:
+def _explains(model: Model, raw: Floats, weights: Floats, fit: Fit, known: AxisCovariance) -> bool:
     """Whether a plane or sphere explains the raw points as well as the generatrix does.
 
     The likelihood ratio: twice the log of it, with a truncated square as the log density, has the number of
-    the generatrix's unknowns as its mean, if the simple shape is the true one (Wilks). Voxel means cannot
-    tell: those of a sphere lie inside it, by more where vertices are far apart.
+    the generatrix's unknowns as its mean, if the simple shape is the true one (Wilks); points that err alike
+    count as one. Voxel means cannot tell: those of a sphere lie inside it, by more where vertices are far
+    apart. Nor can most of the points, of a plate: its rim is what tells where its axis lies.
     """
+    independent = min(known.independent / len(raw), 1.0)
     step = len(raw) // MOST_LOOKED_AT + 1
     raw, weights = raw[::step], weights[::step] if len(weights) else np.ones(len(raw[::step]))
     off_curve = _off_curve(raw, fit.frame, fit.place, curve_of(fit))
-    known = np.isfinite(off_curve)
-    if 2 * np.count_nonzero(known) < len(known):
+    near = np.isfinite(off_curve)
+    if 2 * np.count_nonzero(near) < len(near):
         return False  # a generatrix that misses most points is no measure
-    raw, weights, off_curve = raw[known], weights[known], off_curve[known]
-    variance = max(noise, EXACT) ** 2
+    raw, weights, off_curve = raw[near], weights[near], off_curve[near]
+    variance = max(known.noise, EXACT) ** 2
     simple, free = (
         np.minimum(weights * off**2 / variance, TUKEY**2).sum() for off in (model(raw, weights), off_curve)
     )
     unknowns = 3.0 * np.count_nonzero(fit.gram[:, 0, 0]) + 4.0
-    return bool(simple - free <= unknowns + SURE * np.sqrt(2.0 * unknowns))
+    return bool(independent * (simple - free) <= unknowns + SURE * np.sqrt(2.0 * unknowns))
 
 
 @kernel
