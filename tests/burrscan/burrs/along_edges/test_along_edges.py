@@ -122,6 +122,11 @@ def _in_shadow(scene: Scene) -> None:
     _burr(scene)
 
 
+def _longer_than_a_lobe(scene: Scene) -> None:
+    """Over 65 degrees."""
+    _burr(scene, 0.0, 102.0)
+
+
 def _out_of_sight(scene: Scene) -> None:
     """Where the edge turns away."""
     _burr(scene, -60.0)
@@ -139,6 +144,7 @@ def _out_of_sight(scene: Scene) -> None:
         _few_odd,
         _in_shadow,
         _out_of_sight,
+        _longer_than_a_lobe,
     ],
 )
 def test_what_is_no_burr_along_an_edge_is_not_called(what: object) -> None:
