@@ -106,11 +106,12 @@ def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
     return ridge.height_mm, ridge.sigma_of([1, 0, 0, 0, 0])
 
 
-_EXACT, _RESIDUAL, _FUSION, _ROUNDS = (
+_EXACT, _RESIDUAL, _FUSION, _ROUNDS, _DISTURBED = (
     "burrscan.generatrix.exact",
     "burrscan.burrs.residual",
     "burrscan.scan.validity.fusion",
     "burrscan.scan.rounds",
+    "burrscan.burrs.light.disturbed",
 )
 
 STEPS: tuple[Step, ...] = (
@@ -141,6 +142,12 @@ STEPS: tuple[Step, ...] = (
         {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
     ),
     Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
+    Step("what that leaves stated", "scan", {f"{_ROUNDS}:_LEFT": 0.0}),
+    Step(
+        "border of the projector's picture dropped",
+        "scan",
+        {"burrscan.meshing:_within_light": lambda points, _: np.isfinite(points[..., 2])},
+    ),
     Step("sigma of interreflected light", "scan", {f"{_ROUNDS}:interreflection_sigma_px": _no_correction}),
     Step(
         "stated noise as weights",
@@ -161,6 +168,11 @@ STEPS: tuple[Step, ...] = (
         "several starts of the axis",
         "axis",
         {"burrscan.axis.profile:RIVAL": 1.0, "burrscan.axis.profile:RIVAL_COST": 1e-9},
+    ),
+    Step(
+        "axis tried where noise that shrinks leads",
+        "axis",
+        {"burrscan.axis.profile:_annealed": lambda _, fit: fit},
     ),
     Step(
         "axis tried where the generatrix is sharper",
@@ -252,16 +264,17 @@ STEPS: tuple[Step, ...] = (
     ),
     Step("what corners mirror is no burr", "burrs", {f"{_RESIDUAL}:is_interreflected": _no}),
     Step("light along edges", "burrs", {f"{_RESIDUAL}:along_edges": lambda *_, **__: []}),
+    Step("light of the dark by its own scatter", "burrs", {f"{_DISTURBED}:_shares": np.zeros_like}),
     Step(
         "scatter by how flatly it is looked at",
         "burrs",
-        {"burrscan.burrs.light.disturbed:cell_sigma": _by_rows},
+        {f"{_DISTURBED}:cell_sigma": _by_rows},
     ),
     Step("nothing told of what is grazed", "burrs", {f"{_RESIDUAL}:FLATTEST": -np.inf}),
     Step(
         "edges of brightness are no burrs",
         "burrs",
-        {"burrscan.burrs.light.disturbed:wanders_flat": _no, f"{_RESIDUAL}:is_an_edge": _no},
+        {f"{_DISTURBED}:wanders_flat": _no, f"{_RESIDUAL}:is_an_edge": _no},
     ),
     Step("heights less sure on what shines", "burrs", {f"{_RESIDUAL}:MIRRORED": 0.0}),
     Step("nicks less sure by light from wall to wall", "burrs", {f"{_RESIDUAL}:walls_share": lambda _: 0.0}),
@@ -281,7 +294,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "side and height told by a model of the light",
         "burrs",
-        {"burrscan.burrs.light.disturbed:told_of": lambda *_, **__: None},
+        {f"{_DISTURBED}:told_of": lambda *_, **__: None},
     ),
 )
 """In the order of the pipeline."""
