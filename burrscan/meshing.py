@@ -68,13 +68,9 @@ def _within_light(points: Floats, rig: Rig) -> Bools:
     Of a pixel which that border crosses a part alone is lit, and its column is the mean over that part.
     O(pixels).
     """
-    there = rig.to_projector(points)
-    u, v = np.moveaxis(rig.projector.project(there), -1, 0)
-    height, width = rig.projector.shape
     with np.errstate(divide="ignore", invalid="ignore"):
-        seen_px = points[..., 2] / rig.camera.fx * rig.projector.fx / there[..., 2]
-        off = np.minimum(np.minimum(u, width - 1.0 - u), np.minimum(v, height - 1.0 - v)) + 0.5
-        within: Bools = off >= np.maximum(seen_px, 1.0)
+        seen_px = points[..., 2] / rig.camera.fx * rig.projector.fx / rig.to_projector(points)[..., 2]
+    within: Bools = rig.within_light_px(points) >= np.maximum(seen_px, 1.0)
     return within
 
 

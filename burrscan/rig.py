@@ -174,3 +174,13 @@ class Rig:
     def correspond(self, points_mm: Floats) -> Floats:
         """Projector pixels (..., 2) that light camera-frame points (..., 3)."""
         return self.projector.project(self.to_projector(points_mm))
+
+    def within_light_px(self, points_mm: Floats) -> Floats:
+        """How far camera-frame points (..., 3) are within the border of the projector's picture, its pixels.
+
+        Negative beyond it, NaN behind the projector.
+        """
+        x, y = np.moveaxis(self.correspond(points_mm), -1, 0)
+        height, width = self.projector.shape
+        off: Floats = np.minimum(np.minimum(x, width - 1.0 - x), np.minimum(y, height - 1.0 - y)) + 0.5
+        return off

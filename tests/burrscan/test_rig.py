@@ -44,6 +44,16 @@ def test_points_behind_a_device_have_no_pixel() -> None:
     assert np.isnan(VIEW.project(np.array([0.0, 0.0, -5.0]))).all()
 
 
+def test_how_far_a_point_is_within_the_projectors_light() -> None:
+    rig = RigSpec(scale=0.5).rig()
+    width, height = 512, 384
+    pixels = np.array([[9.5, 100.0], [200.0, height - 4.0], [-3.5, 50.0], [width - 0.5, 50.0]])
+    turn, centre = rig.T_projector_camera[:3, :3], rig.projector_centre_mm
+    points = 600.0 * rig.projector.rays(pixels) @ turn + centre
+    assert rig.within_light_px(points) == pytest.approx([10.0, 3.5, -3.0, 0.0], abs=1e-9)
+    assert np.isnan(rig.within_light_px(2.0 * centre - points)).all()
+
+
 @pytest.mark.parametrize("azimuth", [0.0, 90.0, 215.0])
 def test_both_devices_look_at_the_target(azimuth: float) -> None:
     spec = RigSpec(baseline_azimuth_deg=azimuth, projector_roll_deg=7.0, scale=0.5)

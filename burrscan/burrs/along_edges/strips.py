@@ -92,10 +92,8 @@ class _Scene(NamedTuple):
     def projected_on(self, part_mm: Floats) -> Bools:
         """(N,) which points (N, 3) of the part frame the projector lights, a strip off its border."""
         rig = self.sight.rig
-        x, y = rig.projector.project(placed(rig.T_projector_camera @ self.T_camera_part, part_mm)).T
-        height, width = rig.projector.shape
         off = REACH * self.pixel_mm * rig.projector.fx / np.linalg.norm(part_mm - self.lamp, axis=1)
-        inside: Bools = (np.minimum(x, y) > off) & (x < width - 1 - off) & (y < height - 1 - off)
+        inside: Bools = rig.within_light_px(placed(self.T_camera_part, part_mm)) > off
         return inside
 
 
