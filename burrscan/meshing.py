@@ -68,9 +68,10 @@ def _within_light(points: Floats, rig: Rig) -> Bools:
     Of a pixel which that border crosses a part alone is lit, and its column is the mean over that part.
     O(pixels).
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        seen_px = points[..., 2] / rig.camera.fx * rig.projector.fx / rig.to_projector(points)[..., 2]
-    within: Bools = rig.within_light_px(points) >= np.maximum(seen_px, 1.0)
+    within = np.isfinite(points[..., 2])
+    there = points[within]
+    seen_px = there[:, 2] / rig.camera.fx * rig.projector.fx / rig.to_projector(there)[:, 2]
+    within[within] = rig.within_light_px(there) >= np.maximum(seen_px, 1.0)
     return within
 
 
