@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from burrscan.arrays import Floats, freeze
-from burrscan.errors import InputError
+from burrscan.errors import NoLensError
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 """k1, k2, p1, p2, k3 of a lens that does not distort (OpenCV's order)."""
@@ -39,7 +39,7 @@ class View:
 
     Raises
     ------
-    InputError
+    NoLensError
         For coefficients that leave some pixels without a ray, as no lens does.
 
     """
@@ -60,7 +60,7 @@ class View:
         with np.errstate(over="ignore", invalid="ignore"):
             astray = np.abs(self.project(self.rays(pixels)) - pixels).max()
         if not astray < _ASTRAY_PX:
-            raise InputError(
+            raise NoLensError(
                 f"distortion {', '.join(f'{k:g}' for k in self.distortion)} (k1, k2, p1, p2, k3, as OpenCV "
                 f"writes them) is no lens of {self.width}×{self.height} px: some pixels would look nowhere"
             )

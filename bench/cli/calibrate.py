@@ -51,7 +51,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser, "values and uncertainties")
     parser.add_argument(
-        "--distortion", metavar="N", type=int, default=4, help="coefficients sought: 0, 2, 4 (default) or 5"
+        "--distortion",
+        metavar="N",
+        type=int,
+        help="coefficients sought: 0, 2, 4 or 5 (default: 4, or fewer where the boards leave them open)",
     )
 
     parser.add_argument("--hand-eye", action="store_true", help="find the camera on a robot's flange")

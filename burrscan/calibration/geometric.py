@@ -14,7 +14,7 @@ from burrscan.arrays import Floats, Image, freeze
 from burrscan.calibration.adjust import Adjusted, Start, adjust, composed
 from burrscan.calibration.board import Board, BoardView, board_view
 from burrscan.correspondence import Correspondence
-from burrscan.errors import InputError
+from burrscan.errors import InputError, NoLensError
 from burrscan.rig import Rig, View
 
 FEWEST_VIEWS = 3
@@ -30,6 +30,9 @@ _FIXED = {
     5: 0,
 }
 """How many distortion coefficients are sought, and what OpenCV calls the others."""
+_SOUGHT = (4, 2, 0)
+"""Where nobody says how many. The sixth power of a normal lens is below the noise, and seeking it spoils the
+corners of the field; boards that did not reach those corners leave the fourth power open as well."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,7 @@ def calibrate_captures(
     *,
     camera: tuple[int, int],
     projector: tuple[int, int],
-    distortion: int = 4,
+    distortion: int | None = None,
 ) -> tuple[Calibration, tuple[str, ...]]:
     """Calibrate a rig from captures of a board, twice: the second time the corners know the lenses.
 
@@ -133,7 +136,7 @@ def calibrate(
     *,
     camera: tuple[int, int],
     projector: tuple[int, int],
-    distortion: int = 4,
+    distortion: int | None = None,
 ) -> Calibration:
     """Calibrate a rig from views of a board.
 
@@ -146,19 +149,32 @@ def calibrate(
     camera, projector
         Width and height of both rasters.
     distortion
-        How many of k1, k2, p1, p2, k3 are sought in each device: 0, 2, 4 or 5; the rest are zero. The sixth
-        power of a normal lens is below the noise, and seeking it spoils the corners of the field.
+        How many of k1, k2, p1, p2, k3 are sought in each device: 0, 2, 4 or 5; the rest are zero. Without it
+        four, and fewer where those found would fold a device's picture over.
 
     Raises
     ------
     InputError
-        For too few views, and for poses that leave the focal lengths open.
+        For too few views, for poses that leave the focal lengths open, and for as many coefficients as
+        ``distortion`` says where their lens would fold its picture over.
 
     """
-    if distortion not in _FIXED:
-        raise InputError(f"distortion of {distortion} coefficients: known are {', '.join(map(str, _FIXED))}")
     if len(views) < FEWEST_VIEWS:
         raise InputError(_too_few(len(views)))
+    if distortion not in (None, *_FIXED):
+        raise InputError(f"distortion of {distortion} coefficients: known are {', '.join(map(str, _FIXED))}")
+    folds = None
+    for sought in _SOUGHT if distortion is None else (distortion,):
+        try:
+            return _calibrated(views, board, camera, projector, sought)
+        except NoLensError as error:
+            folds = error
+    raise InputError(f"{folds}; add views that reach the picture's corners, or seek fewer coefficients")
+
+
+def _calibrated(
+    views: list[BoardView], board: Board, camera: tuple[int, int], projector: tuple[int, int], distortion: int
+) -> Calibration:
     start = _start(views, board, camera, projector, distortion)
     found = adjust(views, board, start)
     names = tuple(

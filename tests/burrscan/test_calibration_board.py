@@ -98,6 +98,19 @@ def test_unknown_projector_corners_are_left_out() -> None:
     assert np.abs((found.values - parameters(true_rig(), 4)) / found.sigma).max() < 4.5
 
 
+def test_a_lens_that_would_fold_has_fewer_coefficients() -> None:
+    """Boards that cover the middle only, with poor corners: k2 would be -4 where 0.05 is true."""
+    views = synthetic(1, count=4, noise_px=(0.1, 0.5))
+    with pytest.raises(InputError, match=r"some pixels would look nowhere; add views .* fewer"):
+        calibrated(views)
+    found = calibrate(views, BOARD, camera=(1280, 1024), projector=(1024, 768))
+    assert [name for name in found.names if name[-2] in "kp"] == [
+        f"{device}.{k}" for device in ("camera", "projector") for k in ("k1", "k2")
+    ]
+    good = calibrate(synthetic(0), BOARD, camera=(1280, 1024), projector=(1024, 768))
+    assert good.names == calibrated(synthetic(0)).names
+
+
 def test_too_few_and_untilted_views_are_refused() -> None:
     views = synthetic(0)
     with pytest.raises(InputError, match="at least 3"):
