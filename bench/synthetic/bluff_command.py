@@ -5,8 +5,9 @@
 Parts drawn at random (round, short, fluted, treaded, spoked, with handles, oval within tolerance), each seen
 once by an orthographic depth camera of 200 pixels from a random direction, in a random pose. Noise along the
 rays of 0.05 to 0.2 % of the part's size, each pixel's own or correlated over 1.5, 4 or 10 pixels. Off is more
-than 1°; a refused axis is one that the method did not give, a flagged one has something left open.
-A quarter of a second a part.
+than 1°; off its place, by what 1° moves at the scan's rms radius and by more than five stated deviations. A
+refused axis is one that the method did not give, a flagged one has something left open. A quarter of a second
+a part.
 """
 
 from __future__ import annotations
@@ -28,7 +29,18 @@ from burrscan.documents import json_text
 from burrscan.files import write_text
 from burrscan.variants import resolve
 
-HEADS = ("parts", "views", "refused", "good refused", "flagged", "given", "off > 1°", "> 5 σ", "95 % hold")
+HEADS = (
+    "parts",
+    "views",
+    "refused",
+    "good refused",
+    "flagged",
+    "given",
+    "off > 1°",
+    "> 5 σ",
+    "place",
+    "95 % hold",
+)
 _STANDARD_OUTPUT = Path("-")
 
 
@@ -67,6 +79,12 @@ def run(given: argparse.Namespace) -> None:
                 f"  {one.family} {one.number}, noise over {one.reach_px:g} px: off by {one.off_deg:.2f}°, "
                 f"sigma {one.sigma_deg:.2g}°, probability {one.gross_probability:.2g}"
             )
+    for one in verdicts:
+        if one.misplaced:
+            say(
+                f"  {one.family} {one.number}, noise over {one.reach_px:g} px: {one.aside_mm:.2f} mm off its "
+                f"place, {one.aside_sigmas:.0f} of its deviations, at a radius of {one.radius_mm:.1f} mm"
+            )
     if given.json:
         _write(given.json, _document(given, verdicts))
 
@@ -85,6 +103,7 @@ def _row(name: str, counts: Tally) -> str:
         counts.given,
         counts.gross,
         counts.beyond,
+        counts.misplaced,
     )
     return " | ".join([name, *map(str, numbers), held])
 

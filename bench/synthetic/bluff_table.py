@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from bench.score.shape import OFF_DEG
+from bench.score.shape import OFF_DEG, axis_error
 from bench.statistics.share import share_bounds
 from bench.synthetic.axis_table import share_held, within_95
 from bench.synthetic.axis_view import part_view
@@ -19,6 +20,8 @@ from burrscan.inspection import Axis
 
 SIGMAS = 5.0
 """An axis off by more than so many of its stated deviations bluffs, whatever it is off by."""
+OFF_SHARE = float(np.radians(OFF_DEG))
+"""An axis off its place by more than this share of the scan's rms radius: what turning by 1° moves there."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,11 @@ class Verdict:
         As the method states them; NaN where it states none.
     held
         Share of the four stated 95 % intervals that hold; NaN where none are stated.
+    aside_mm, aside_sigmas
+        Distance of the axis found from the true one where its place is stated, and the same in its stated
+        deviations (Mahalanobis); NaN where the axis was refused, or states none.
+    radius_mm
+        Root mean square distance of the scan's points from the true axis.
 
     """
 
@@ -48,6 +56,9 @@ class Verdict:
     sigma_deg: float = float("nan")
     gross_probability: float = float("nan")
     held: float = float("nan")
+    aside_mm: float = float("nan")
+    aside_sigmas: float = float("nan")
+    radius_mm: float = float("nan")
 
     @property
     def gross(self) -> bool:
@@ -58,6 +69,12 @@ class Verdict:
     def beyond(self) -> bool:
         """Whether it was, and its stated deviation does not explain it."""
         return self.gross and self.off_deg > SIGMAS * self.sigma_deg
+
+    @property
+    def misplaced(self) -> bool:
+        """Whether an axis was given as certain that is off its place by more than its deviation explains."""
+        far = self.aside_mm > OFF_SHARE * self.radius_mm
+        return self.ending == "given" and far and self.aside_sigmas > SIGMAS
 
     @property
     def good(self) -> bool:
@@ -77,6 +94,7 @@ class Tally:
     given: int
     gross: int
     beyond: int
+    misplaced: int
     most_gross: float
     held: float
     held_within: float
@@ -90,15 +108,31 @@ def verdict(family: str, number: int, *, seed: int, method: str = "profile") -> 
         axis = find_axis(view.scan.vertices_mm, view.scan.faces, method=method)
     except InputError:
         return Verdict(*about, "refused", _off_when_refused(view.scan, method))
-    held = within_95(axis, view.scan).mean() if np.isfinite(axis.covariance).all() else np.nan
+    states = bool(np.isfinite(axis.covariance).all())
+    aside_mm, aside_sigmas = _aside(axis, view.scan) if states else (math.nan, math.nan)
     return Verdict(
         *about,
         "flagged" if axis.undetermined else "given",
-        view.scan.angle_error_deg(axis.direction),
-        axis.sigma_deg,
-        axis.gross_probability,
-        float(held),
+        off_deg=view.scan.angle_error_deg(axis.direction),
+        sigma_deg=axis.sigma_deg,
+        gross_probability=axis.gross_probability,
+        held=float(within_95(axis, view.scan).mean()) if states else math.nan,
+        aside_mm=aside_mm,
+        aside_sigmas=aside_sigmas,
+        radius_mm=_radius_mm(view.scan),
     )
+
+
+def _aside(axis: Axis, scan: RevolutionScan) -> tuple[float, float]:
+    """Distance from the true axis, mm and stated deviations, in the plane through the stated place."""
+    off = axis_error(axis, point_mm=scan.point_mm, direction=scan.direction)[2:]
+    squared = float(off @ np.linalg.pinv(axis.covariance[2:, 2:]) @ off)
+    return math.hypot(*off), math.sqrt(max(squared, 0.0))
+
+
+def _radius_mm(scan: RevolutionScan) -> float:
+    aside = np.cross(scan.vertices_mm - scan.point_mm, scan.direction)
+    return float(np.sqrt((aside**2).sum(axis=1).mean()))
 
 
 def _off_when_refused(scan: RevolutionScan, method: str) -> float:
@@ -124,6 +158,7 @@ def tally(verdicts: Sequence[Verdict]) -> Tally:
         given=len(given),
         gross=gross,
         beyond=sum(one.beyond for one in given),
+        misplaced=sum(one.misplaced for one in given),
         most_gross=share_bounds(gross, len(given), sides=1)[1] if given else float("nan"),
         **dict(zip(("held", "held_within"), share_held(held), strict=True)),
     )

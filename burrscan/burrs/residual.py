@@ -206,7 +206,10 @@ def _certain(
         return []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
     doubt, certain = doubt_of(field), []
+    anywhere = "position" in axis.undetermined  # then the border of a face may be its rounding, or a step
     for region, site in _sites(field, found):
+        if anywhere and field.border[site.chosen[site.on]].any():
+            continue
         beside = _EDGE_SPACINGS * field.spacing_mm
         air = openings is None and on_edge(
             field, site.chosen[site.on], region.sign, within_mm=beside, ends=True

@@ -16,6 +16,7 @@ import pytest
 from bench.cli import main
 from bench.cli.completion import bash, fish, zsh
 from bench.cli.program import COMMANDS, parser
+from tests.tiers import some_of
 
 WORDS = [
     ("burrscan de", "detect", "run"),
@@ -94,7 +95,7 @@ def test_fish_offers_no_file_for_a_number(here: Path) -> None:
     assert run.stdout == ""
 
 
-@pytest.mark.parametrize(("typed", "offered", "other"), WORDS)
+@some_of(("typed", "offered", "other"), WORDS, first=3)
 def test_zsh_completes(typed: str, offered: str, other: str, here: Path) -> None:
     told = typed_into_zsh(shell("zsh"), here / "script.zsh", typed)
     assert re.split(r"\s+", told.strip())[-1] == offered

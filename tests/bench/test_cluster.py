@@ -63,6 +63,7 @@ def engine(cluster: Cluster, said: list[str] | None = None) -> Dask:
     return Dask(str(cluster.file), small_suite(), say=(said if said is not None else []).append)
 
 
+@pytest.mark.study
 @pytest.mark.timeout(120)
 def test_a_worker_is_killed_and_a_late_one_goes_on(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
@@ -107,6 +108,7 @@ def test_the_scheduler_is_killed_and_another_goes_on(
     assert content(tmp_path / "r") == content(alone)
 
 
+@pytest.mark.study
 def test_a_scheduler_that_stays_away_ends_the_run_which_is_resumed(
     cluster: Cluster, fakes: ModuleType, alone: Path, tmp_path: Path
 ) -> None:
@@ -234,6 +236,7 @@ def test_a_worker_of_many_threads_has_one_case_at_a_time(
     assert together == {"1"}
 
 
+@pytest.mark.study
 def test_a_full_disk_on_a_worker_is_no_result(cluster: Cluster, fakes: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"No space left on device.*--resume"):
         run_suite(small_suite(), tmp_path / "r", engine=engine(cluster), examine_case=fakes.full_disk)
@@ -248,6 +251,7 @@ def test_a_resource_that_no_worker_offers_is_asked_for_by_name(
         run_suite(small_suite(), tmp_path / "r", engine=asked, examine_case=fakes.good)
 
 
+@pytest.mark.study
 @pytest.mark.timeout(60)
 def test_a_late_worker_that_the_subscription_misses_is_met_all_the_same(
     cluster: Cluster, fakes: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

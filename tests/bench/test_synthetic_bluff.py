@@ -26,9 +26,14 @@ SEED = 77
 
 
 def planted(
-    monkeypatch: pytest.MonkeyPatch, *, turned_deg: float, sigma_deg: float = 0.01, **stated: Any
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    turned_deg: float,
+    sigma_deg: float = 0.01,
+    aside_mm: float = 0.0,
+    **stated: Any,
 ) -> None:
-    """Let every axis found be the true one, turned, with the uncertainty stated."""
+    """Let every axis found be the true one, turned and moved, with the uncertainty stated."""
     truth = {}
 
     def seen(family: str, number: int, *, seed: int) -> Any:
@@ -41,7 +46,8 @@ def planted(
         turn = np.radians(turned_deg)
         direction = np.cos(turn) * scan.direction + np.sin(turn) * aside / np.linalg.norm(aside)
         sigma = np.radians(sigma_deg) / np.sqrt(2.0)
-        return Axis(scan.point_mm, direction, np.diag([sigma**2, sigma**2, 0.01, 0.01]), "planted", **stated)
+        point = scan.point_mm + aside_mm * aside / np.linalg.norm(aside)
+        return Axis(point, direction, np.diag([sigma**2, sigma**2, 0.01, 0.01]), "planted", **stated)
 
     monkeypatch.setattr(bluff_table, "part_view", seen)
     monkeypatch.setattr(bluff_table, "find_axis", found)
@@ -66,6 +72,33 @@ def test_an_axis_that_is_off_and_certain_is_counted_and_a_right_one_is_not(
     assert (one.ending, one.gross, one.beyond) == ("given", gross, beyond)
     counts = tally([one])
     assert (counts.given, counts.gross, counts.beyond) == (1, gross, beyond)
+
+
+@pytest.mark.parametrize(
+    ("aside_mm", "undetermined", "misplaced"),
+    [
+        (5.0, (), 1),
+        (5.0, ("position",), 0),
+        (0.45, (), 0),  # 4.5 of its deviations of 0.1 mm
+        (0.0, (), 0),
+    ],
+)
+def test_a_right_direction_at_the_wrong_place_is_counted(
+    monkeypatch: pytest.MonkeyPatch, aside_mm: float, undetermined: tuple[str, ...], misplaced: int
+) -> None:
+    planted(monkeypatch, turned_deg=0.0, aside_mm=aside_mm, undetermined=undetermined)
+    one = verdict("plain", 0, seed=SEED)
+    assert (one.aside_mm, one.aside_sigmas) == pytest.approx((aside_mm, 10.0 * aside_mm), abs=1e-6)
+    assert (one.misplaced, one.gross) == (misplaced, 0)
+    assert tally([one]).misplaced == misplaced
+
+
+def test_a_place_is_wrong_by_what_a_degree_moves_at_the_parts_radius(monkeypatch: pytest.MonkeyPatch) -> None:
+    planted(monkeypatch, turned_deg=0.0)
+    radius_mm = verdict("plain", 0, seed=SEED).radius_mm
+    for share, misplaced in ((0.9, False), (1.1, True)):
+        planted(monkeypatch, turned_deg=0.0, aside_mm=share * np.radians(1.0) * radius_mm)
+        assert verdict("plain", 0, seed=SEED).misplaced == misplaced
 
 
 def test_an_interval_holds_where_the_truth_is_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +191,7 @@ def test_the_table_is_printed_and_written(
     monkeypatch.setattr(sys, "argv", ["x", "bluff", *options])
     main()
     out = capsys.readouterr().out
-    assert "ovals | 2 | 0 | 0 of 0 | 0 | 2 | 2 | 2 | " in out
+    assert "ovals | 2 | 0 | 0 of 0 | 0 | 2 | 2 | 2 | 0 | " in out
     assert "given as certain: 4 of 4; at most 100.00 %" in out
     assert out.count("off by 40.00°") == 4
     document = json.loads(to.read_text("utf-8"))

@@ -212,6 +212,7 @@ def test_edges_along_the_raster_do_not_lock_to_it() -> None:
     assert distance_px(found, truth) < 0.006
 
 
+@pytest.mark.study
 def test_a_known_lens_straightens_edges() -> None:
     view = View(320, 256, 686.0, 686.0, 159.5, 127.5, (-0.3, 0.1, 0.0, 0.0, 0.0))
     image, truth = drawn_board(BOARD, noise=0.0, seed=0, view=view)

@@ -70,6 +70,7 @@ def test_the_noises_are_those_that_were_put_in(many: list[tuple[Arm, HandEye]]) 
     assert np.median(place) < 0.15  # mm: 0.05 mm of ten poses, and 0.01 degree at 600 mm
 
 
+@pytest.mark.study
 def test_an_arm_less_accurate_than_it_repeats_widens_what_is_stated() -> None:
     """Ten times the repeatability in both: the residuals show it, and the ellipsoids still hold the truth."""
     found = draws(60, robot_mm=0.5, robot_deg=0.1)

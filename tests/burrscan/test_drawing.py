@@ -89,13 +89,15 @@ def test_burrs_of_drawn_wheels_are_found_and_measured(seed: int, tmp_path: Path)
     assert "facets" in {check.name for check in found.checks if check.passed}
 
 
-@some_of("facet_error_mm", [0.02, 0.005, 0.1])
+@pytest.mark.study
+@pytest.mark.parametrize("facet_error_mm", [0.02, 0.005, 0.1])
 def test_finer_facets_do_not_change_a_burr(facet_error_mm: float) -> None:
     """A burr of 1.5 mm read 3.1, 2.6, 2.3 mm."""
     wheel, found = paper(facet_error_mm)
     assert_found(wheel, found, np.eye(4), within=0.1)
 
 
+@pytest.mark.study
 def test_a_burr_is_where_the_drawing_has_it() -> None:
     """The part frame of a part drawn along z at its origin is the drawing's own."""
     wheel, found = paper(0.02)
@@ -155,6 +157,7 @@ def test_a_drawing_with_a_stated_sigma_is_the_same_drawing() -> None:
     assert_found(wheel, burrscan.inspect_mesh(*wheel.welded(), sigma_mm=0.01), np.eye(4), within=0.1)
 
 
+@pytest.mark.study
 def test_facets_too_coarse_for_the_burrs_are_said_to_be() -> None:
     wheel = build_wheel(load_wheel("paper"), facet_error_mm=0.05, sections=24)
     failed = {
@@ -185,7 +188,7 @@ def test_a_scan_whose_noise_is_smooth_is_no_drawing(view: tuple[float, ...], rea
     assert sampled(*seen, UP) is None
 
 
-@pytest.mark.parametrize("part", ["flutes", "spokes", "ovals", "treads"])
+@some_of("part", ["ovals", "flutes", "spokes", "treads"])
 def test_drawings_of_parts_that_are_not_round_are_drawings(part: str) -> None:
     """Of the edges of a fluted vase only a twentieth run along parallels."""
     for number in range(3):

@@ -21,13 +21,12 @@ UNIT = {"husky_wheel.stl": "m", "jackal_wheel.stl": "m"}
 
 
 def meshes() -> list[Any]:
-    """Parameters of a test: every mesh that is here; for `make studies` also what it was thinned from."""
-    whole = (WHOLE / "meshes" / name for name in AXES)
-    small = tuple(HERE / "meshes" / name for name in AXES)
+    """Every mesh that is here, the smallest first; for `make studies` also what it was thinned from."""
+    small = tuple(sorted((HERE / "meshes" / name for name in AXES), key=lambda path: path.stat().st_size))
     thinned = [
         path
-        for path, kept in zip(whole, small, strict=True)
-        if path.exists() and path.stat().st_size > kept.stat().st_size
+        for kept in small
+        if (path := WHOLE / "meshes" / kept.name).exists() and path.stat().st_size > kept.stat().st_size
     ]
     return [
         *(pytest.param(path, id=place(path)) for path in small),

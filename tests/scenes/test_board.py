@@ -64,6 +64,7 @@ def written(folder: Path, light: LightTransport, identity: tuple[int, ...] = (0,
     return folder
 
 
+@pytest.mark.study
 def test_calibrate_recovers_the_true_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The whole command on rendered captures: 22 parameters within their joint uncertainty (chi², z < 4)."""
     poses = board_poses(BOARD, count=6, seed=1, standoff_mm=600.0, reach_mm=20.0)
@@ -96,6 +97,7 @@ def test_a_view_without_the_board_is_left_out(tmp_path: Path, capsys: pytest.Cap
     assert not (tmp_path / "rig.json").exists()
 
 
+@pytest.mark.study
 def test_rendered_ramps_give_the_curves_back() -> None:
     """A white board, traced; exposure ramp under the white projector, level ramp: curves within 1 %."""
     pose = np.eye(4)

@@ -200,6 +200,7 @@ def test_height_lean_and_thickness_vary_as_stated_and_apart() -> None:
     assert leaning.burrs[0].height_mm == pytest.approx(1.2, abs=1e-6)
 
 
+@pytest.mark.study
 @settings(max_examples=12, deadline=None)
 @given(
     family=st.sampled_from(FAMILIES),

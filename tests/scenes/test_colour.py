@@ -104,6 +104,7 @@ def test_channels_are_the_stated_mixture() -> None:
         assert got == pytest.approx(want, rel=0.004, abs=4.0 * 6.8 * np.sqrt(unclipped.sum()))
 
 
+@pytest.mark.study
 def test_copper_has_the_colour_of_its_constants() -> None:
     simulation = small(finish={"name": "ground", "metal": "copper"}, channels="rgb", render={"bounces": 1})
     n, k = optical_constants("copper", (611.0, 549.0, 464.0))

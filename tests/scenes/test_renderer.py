@@ -284,6 +284,7 @@ def test_the_fallback_says_one_line_and_no_more() -> None:
     assert "scalar_rgb" in line
 
 
+@pytest.mark.study
 def test_a_library_that_was_loaded_before_is_not_trusted() -> None:
     if not renderer.choose().llvm_path:
         pytest.skip("no usable LLVM on this machine")

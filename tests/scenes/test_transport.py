@@ -303,6 +303,7 @@ def test_distorted_rays_meet_their_pixels(mi: Any, wheel: Wheel) -> None:
     assert np.nanmedian(np.abs(error)) < 0.01
 
 
+@pytest.mark.study
 def test_ambient_agrees_with_stock(mi: Any, wheel: Wheel) -> None:
     spec = RigSpec(scale=0.125)
     optics = uneven(spec)

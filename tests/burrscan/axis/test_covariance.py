@@ -111,6 +111,7 @@ def test_intervals_hold_whatever_the_noises_length(over: int) -> None:
     assert np.mean(held) > 0.85
 
 
+@pytest.mark.study
 def test_correlation_is_not_made_up() -> None:
     """Where noise is independent the stated deviation stays within a fifth of the bound's, in the middle."""
     bound = cramer_rao_deg(sigma_mm=0.1, shape=(242, 64))

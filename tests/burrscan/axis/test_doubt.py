@@ -87,11 +87,11 @@ def fluted(flutes: int, depth: float) -> tuple[Floats, Ints32]:
     return points.reshape(-1, 3), np.stack([a, c, b, b, c, d], axis=-1).reshape(-1, 3)
 
 
-@pytest.mark.parametrize("views", [6, pytest.param(24, marks=pytest.mark.study)])
-def test_fluted_vases_do_not_bluff(views: int) -> None:
+@pytest.mark.study
+def test_fluted_vases_do_not_bluff() -> None:
     """Most views fit other axes as well: 73 to 90 degrees off, with a sigma of 0.3 to 3 degrees."""
     refused = 0
-    for seed, view in enumerate(np.random.default_rng(3).normal(size=(views, 3))):
+    for seed, view in enumerate(np.random.default_rng(3).normal(size=(24, 3))):
         vertices, faces = fluted(7 + seed % 5, 0.06)
         points, triangles = single_view(vertices, faces, view, pixels=160, sigma=0.1, seed=seed)
         axis = find_axis(points, triangles, most_doubt=1.0)
@@ -101,7 +101,7 @@ def test_fluted_vases_do_not_bluff(views: int) -> None:
             with pytest.raises(InputError, match=r"another one: .* through .*, but also .* through"):
                 find_axis(points, triangles)
             refused += 1
-    assert refused > 0.5 * views
+    assert refused > 12
 
 
 def test_a_clean_wheel_is_not_doubted() -> None:

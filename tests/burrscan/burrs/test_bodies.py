@@ -54,6 +54,7 @@ def test_a_burr_beside_a_bar_is_the_only_one(out_mm: float) -> None:
     assert burr.height_mm.value == pytest.approx(HEIGHT_MM, abs=0.2)
 
 
+@pytest.mark.study
 def test_handles_are_no_burrs_and_their_feet_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(residual, "MOST_OPEN", 1.0)  # some have an edge that hides what is behind
     whole, feet = 0, 0

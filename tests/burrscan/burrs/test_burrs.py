@@ -277,6 +277,7 @@ def test_seed_finds_the_angle_of_an_axial_burr() -> None:
     assert burr.significance > 5.0
 
 
+@pytest.mark.study
 def test_the_printed_arctangent_loses_half_a_turn() -> None:
     """The same burr on the half x < 0 of the part frame and on the other: only one is stated where it is."""
     for angle_deg in (-60.0, -17.0, 40.0):

@@ -60,6 +60,7 @@ def test_a_burr_on_such_a_wheel_is_found(tilt_deg: float) -> None:
     assert burr.height_mm.value == pytest.approx(1.5, abs=0.3)
 
 
+@pytest.mark.study
 def test_bolt_holes_and_windows_of_real_wheels_are_no_burrs() -> None:
     """Single views of public meshes; of these six there were 29 calls."""
     calls = 0

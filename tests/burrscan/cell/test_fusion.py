@@ -57,6 +57,7 @@ def _look(number: int, angle_deg: float, called: Burr) -> Look:
     return Look(number, T_part_camera, Outcome(cast(Any, None), surface, inspection))
 
 
+@pytest.mark.study
 def test_a_burr_that_is_called_is_measured_by_all_looks() -> None:
     """Each call says half of the height, and so does their mean: 0.4 ± 0.3; the vertices say 0.8."""
     called = replace(burr(height_mm=0.5 * _HEIGHT_MM, sigma_mm=0.3), width_mm=Value(1.6, 0.4))
@@ -68,6 +69,7 @@ def test_a_burr_that_is_called_is_measured_by_all_looks() -> None:
     assert place.burr.height_mm.sigma < 0.1
 
 
+@pytest.mark.study
 def test_what_only_an_outline_shows_has_a_width() -> None:
     """A mill's lanes follow from it, and which calls are of one burr: one of two looks knows none."""
     prior, known = PosePrior(sigma_mm=0.05, sigma_deg=0.01), burr(height_mm=0.8, significance=40.0)

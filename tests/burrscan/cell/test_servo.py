@@ -156,6 +156,7 @@ def test_how_sure_the_mill_is_over_the_burr(
     assert glance.sure(0.05) == pytest.approx(expected, abs=1e-4)
 
 
+@pytest.mark.study
 def test_of_those_that_stop_as_many_are_within_the_tolerance_as_is_said(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -92,6 +92,7 @@ def test_each_look_may_see_one_flank_only() -> None:
     assert found.height_mm.value == pytest.approx(1.4, abs=0.08)
 
 
+@pytest.mark.study
 def test_what_a_look_errs_by_is_shared_by_its_vertices() -> None:
     """Looks that make 10 % more or less of heights: four are known to 5 %, not to the fit's 1 %."""
     pulls = []
@@ -137,6 +138,7 @@ def test_a_ridge_on_an_end_face_is_measured_like_one_on_the_outside() -> None:
     assert found.angle_deg.value == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.study
 def test_what_all_looks_share_is_in_what_is_stated() -> None:
     """Looks that agree to a hair: no section is a triangle to better than 2 %, and nicks light themselves."""
     looks = [_cloud(n, 0.8, section=_triangle) for n in range(8)]

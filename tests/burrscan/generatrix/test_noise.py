@@ -30,6 +30,7 @@ def _noise_share(part: str, number: int) -> float:
     return cells.scale_of(Profile(z.copy(), np.hypot(x, y), np.arctan2(y, x))).noise_mm / sigma
 
 
+@pytest.mark.study
 def test_noise_is_that_of_the_surface() -> None:
     shares = noise_shares(SHAPES_IN_CELLS + FEW_IN_LARGE_CELLS + BARS_IN_MOST_CELLS + OTHERS)
     assert max(shares) < 1.1

@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats
 from burrscan.registration import Alignment, PosedSurface, align, merge
 from tests.burrscan.registration.views import part, true_pose, view
-from tests.tiers import some_of
 
 TURNS = (0.0, 80.0, 190.0, 270.0)
 
@@ -60,7 +59,8 @@ def test_a_round_part_leaves_its_turn_to_the_robot() -> None:
     assert np.degrees(abs(errors(round_part, (0.0, 60.0))[0, 2])) < 4.0 * turn[0]
 
 
-@some_of("step_mm", [1.5, 0.3])
+@pytest.mark.study
+@pytest.mark.parametrize("step_mm", [1.5, 0.3])
 def test_round_views_do_not_creep_about_their_axis(step_mm: float) -> None:
     """Diagonals lean one way; noise along rays moves vertices sideways; 0.3 mm is below the pitch."""
     turns, off, stated = (0.0, 60.0, 120.0), [], []

@@ -25,7 +25,7 @@ from tests.tiers import some_of
 
 SHAPE = (120, 60)
 COUNTS = (1, 2, 4, 8)
-SOME = [pytest.param(count, marks=() if count == 2 else pytest.mark.study) for count in COUNTS]
+SOME = [pytest.param(count, marks=pytest.mark.study) for count in COUNTS]
 DRAWS = {1: 40, 2: 30, 4: 12, 8: 10}
 """Each view of a draw has noise of its own: 40 to 80 axes for each number of views."""
 SIGMA_MM = 0.02
@@ -189,6 +189,7 @@ def rolls_deg(shots: list[tuple[Shot, Joint]]) -> Floats:
     return np.array(pulls)
 
 
+@pytest.mark.study
 def test_a_turn_is_seen_where_there_are_bosses_and_nowhere_else() -> None:
     assert solved(8, 0)[1].roll_seen.all()
     assert not joint(shot(turns(4), 0, shape=SHAPE, bossed=False).views).roll_seen.any()

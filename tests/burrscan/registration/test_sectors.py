@@ -96,6 +96,7 @@ def test_a_round_part_names_the_turn_that_it_leaves_open(
         assert str(turn).startswith("turn about (")
 
 
+@pytest.mark.study
 def test_bosses_hold_the_turn() -> None:
     assert align(sectors(2, shape="wheel", spacing_mm=0.4)).free[1] == ()
 

@@ -199,6 +199,7 @@ def test_dither_needs_no_intensity() -> None:
     assert np.abs(light - 0.5).max() < 0.06
 
 
+@pytest.mark.study
 def test_frames_that_show_a_part_elsewhere_are_read_without_a_column_off_the_projector() -> None:
     """A part that shook: each frame of a look at other pixels, so that phasors fit no column."""
     instrument = flat()

@@ -76,6 +76,7 @@ def test_the_limit_is_judged_by_the_height_told() -> None:
     ]
 
 
+@pytest.mark.study
 def test_the_height_told_by_a_width_is_as_sure_as_stated() -> None:
     """Heights are drawn; the base is 0.5 to 2 of them, a third of them hides: widths follow.
 

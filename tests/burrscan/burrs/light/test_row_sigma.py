@@ -46,6 +46,7 @@ def test_burrs_do_not_make_a_slope_rough() -> None:
     assert np.abs(np.log(told / sigma))[20:40].mean() < 0.1
 
 
+@pytest.mark.study
 @given(scale=st.floats(1e-3, 1e3), seed=st.integers(0, 100))
 def test_it_goes_with_what_it_is_told_of(scale: float, seed: int) -> None:
     rest, _ = drawn(flatter=0.5, seed=seed)

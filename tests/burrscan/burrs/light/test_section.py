@@ -8,6 +8,7 @@ import pytest
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, seen, shaped
+from tests.tiers import some_of
 
 RADIUS = 50.0
 CAMERA, PROJECTOR = np.array([300.0, 40.0]), np.array([290.0, -160.0])
@@ -81,7 +82,7 @@ def rig(request: pytest.FixtureRequest) -> Rig:
     return Rig(request.param)
 
 
-@pytest.mark.parametrize("height", HEIGHTS)
+@some_of("height", HEIGHTS, first=2)
 def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(rig: Rig, height: float) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, height)
     dark = 0
@@ -100,7 +101,7 @@ def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(rig: Rig,
     assert (dark > 0) == (abs(height) > 1.0)
 
 
-@pytest.mark.parametrize("height", [2.6, -1.8])
+@some_of("height", [2.6, -1.8])
 def test_a_mirroring_flank_adds_the_light_and_the_column_of_what_it_mirrors(rig: Rig, height: float) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, height)
     mirror = np.where(BOUNCE_TILTS_DEG == 0.0, 1.0, 0.0) * np.ones((2, 1))

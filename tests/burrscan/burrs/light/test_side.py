@@ -75,6 +75,7 @@ def told_by(misfits: Floats) -> Told:
     return Told(np.ones(3), np.geomspace(0.06, 2.4, 12), misfits, np.zeros(2), np.zeros((2, 2)))
 
 
+@pytest.mark.study
 def test_no_rendered_place_is_told_wrong_and_most_are_told() -> None:
     """Ridges and nicks of 0.3 to 2 mm, five metals and matte, on wheels that nothing was tuned to."""
     places = rendered()

@@ -62,6 +62,19 @@ def test_light_tells_nothing_where_nobody_knows_where_the_axis_lies(sigma_mm: fl
 
 
 @pytest.mark.parametrize(
+    ("end_mm", "undetermined", "calls"), [(50.0, (), 1), (50.0, ("position",), 0), (44.0, ("position",), 1)]
+)
+def test_the_border_of_a_face_whose_axis_lies_anywhere_may_be_its_rounding(
+    end_mm: float, undetermined: tuple[str, ...], calls: int
+) -> None:
+    """A cylinder seen from its end had two nicks where its rounding began."""
+    scene = Scene()
+    scene.lift_mm[scene.band(20.0, 6.0, end_mm - 8.0, end_mm)] -= 0.6
+    scene.axis = replace(scene.axis, undetermined=undetermined)
+    assert len(burrs_of(scene, seen=True)) == calls
+
+
+@pytest.mark.parametrize(
     ("facing", "unmeasured", "contrast", "grazed"),
     [
         (0.37, 10, 3.0, True),
