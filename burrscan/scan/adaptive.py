@@ -95,7 +95,10 @@ def scan_adaptive(
     last = look(scanner, final_code, exposure_ms=final_ms, response=response, intensity=intensity)
     white = scanner.capture(even(scanner, levels=(255,)), final_ms)[0]
     belief = believed(first.reading, last.reading, max_sigma_px=max_sigma_px)
-    crude, final = (settled(one, pixels, scanner) for one, pixels in zip((first, last), belief, strict=True))
+    crude, final = (
+        settled(one, pixels, scanner, radiance=response.radiance)
+        for one, pixels in zip((first, last), belief, strict=True)
+    )
     return Scan(
         correspondence=fuse(crude, final, width=width, max_sigma_px=max_sigma_px),
         frames=response.frames + len(crude_code) + len(final_code) + 1,

@@ -62,7 +62,7 @@ def intensities(
     Returns
     -------
     ndarray
-        (H, W) in least .. 1, smooth over a camera pixel's footprint.
+        (H, W) in least .. 1, smooth over a camera pixel's footprint; the least where every one clips.
 
     Notes
     -----
@@ -84,7 +84,8 @@ def intensities(
             costs[:, rung] = np.minimum(1.0 / (before + now), max_sigma_px**2)
     total = np.zeros((*shape, len(ladder)), np.float32)
     _spread(u_px[sees], v_px[sees], costs, total)
-    choice = np.argmin(total, axis=-1)
+    # of equal sums the dimmest: what clips anyway needs no light, and a step beside it would shift phases
+    choice = len(ladder) - 1 - np.argmin(total[..., ::-1], axis=-1)
     seen = total.max(axis=-1) > 0.0
     return _smooth(ladder[choice], seen)
 

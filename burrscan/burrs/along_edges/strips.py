@@ -51,7 +51,8 @@ class Strip(NamedTuple):
     angle
         (P,) around the axis, radians, part frame.
     from_mirror
-        (P,) radians to where a rounding would mirror the projector into the camera.
+        (P,) radians by which a rounding's normals miss the one that mirrors the projector into the camera,
+        negative on one side of where they miss it by least.
     pixel_mm
         A pixel's size on the part.
 
@@ -69,11 +70,15 @@ class Strip(NamedTuple):
 
 
 class _Edge(NamedTuple):
-    """Place (z, r), and the directions in which its faces lie: before it and after it, None for no face."""
+    """Place (z, r), and the directions in which its faces lie: before it and after it, None for no face.
+
+    And how far the curve goes there, mm.
+    """
 
     place: Floats
     before: Floats | None
     after: Floats | None
+    length_mm: tuple[float, float]
 
 
 class _Scene(NamedTuple):
@@ -141,12 +146,13 @@ def _edges(line: Polyline, pixel_mm: float) -> list[_Edge]:
         while len(turn) and turn.max() > _TURNS:
             beside = np.abs(at - at[int(turn.argmax())]) < 0.5 * far
             corner = int(np.median(np.flatnonzero(beside & (turn > _SHARPEST * turn.max()))))
-            found.append(_Edge(on(at[[corner]])[0], before[corner], after[corner]))
+            length = float(at[corner]), float(along[-1] - at[corner])
+            found.append(_Edge(on(at[[corner]])[0], before[corner], after[corner], length))
             turn[np.abs(at - at[corner]) < 1.5 * far] = 0.0
         if not is_closed(nodes):
             ends = on(np.array([0.0, far, along[-1] - far, along[-1]]))
-            found.append(_Edge(ends[0], None, _unit(ends[[1]] - ends[[0]])[0]))
-            found.append(_Edge(ends[3], _unit(ends[[2]] - ends[[3]])[0], None))
+            found.append(_Edge(ends[0], None, _unit(ends[[1]] - ends[[0]])[0], (0.0, float(along[-1]))))
+            found.append(_Edge(ends[3], _unit(ends[[2]] - ends[[3]])[0], None, (float(along[-1]), 0.0)))
     return found
 
 
@@ -180,25 +186,46 @@ def _strip(edge: _Edge, circle: _Circle, scene: _Scene) -> Strip | None:
         return None
     x, y, off, nearest = x[known], y[known], off[known], nearest[known]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(circle.xy, axis=0), axis=1))])[nearest]
-    half_way = _unit(scene.eye - circle.part) + _unit(scene.lamp - circle.part)
-    mirror = np.arctan2(half_way[:, 1], half_way[:, 0]) - circle.angle
+    half_way = _unit(_unit(scene.eye - circle.part) + _unit(scene.lamp - circle.part))
     return Strip(
         edge.place,
-        _unit(np.sum([normal for _, normal in _faces(edge)], axis=0)[None])[0],
+        _unit(np.sum([normal for _, normal, _ in _faces(edge)], axis=0)[None])[0],
         y,
         x,
         arc - arc.min(),
         off,
         circle.angle[nearest],
-        turn_rad(mirror)[nearest],
+        _from_mirror(edge, circle, half_way)[nearest],
         scene.pixel_mm,
     )
 
 
-def _faces(edge: _Edge) -> list[tuple[Floats, Floats]]:
-    """Where the faces of an edge lie, (z, r), and their outward normals: material is right of the curve."""
-    faces = ((edge.before, -1.0), (edge.after, 1.0))
-    return [(face, way * np.array([-face[1], face[0]])) for face, way in faces if face is not None]
+def _from_mirror(edge: _Edge, circle: _Circle, half_way: Floats) -> Floats:
+    """(N,) radians between half-way vectors (N, 3) and the nearest of the rounding's normals, with a sign.
+
+    Those lie in the plane through the axis, between the normals of the faces. Seen from the part's end a
+    glint reaches far around the axis, for there the half-way vector turns little out of that plane.
+    """
+    cos, sin = np.cos(circle.angle), np.sin(circle.angle)
+    out = half_way[:, 0] * cos + half_way[:, 1] * sin
+    aside = half_way[:, 1] * cos - half_way[:, 0] * sin
+    normals = np.array([normal for _, normal, _ in _faces(edge)])
+    (z, r) = normals.mean(axis=0)
+    # of an open end nobody knows how far its rounding turns
+    half = 0.5 * np.arccos(np.clip(normals[0] @ normals[1], -1.0, 1.0)) if len(normals) > 1 else np.pi
+    turn = np.abs(turn_rad(np.arctan2(out, half_way[:, 2]) - np.arctan2(r, z)))
+    beyond = np.maximum(turn - half, 0.0)
+    missed: Floats = np.arccos(np.clip(np.hypot(out, half_way[:, 2]) * np.cos(beyond), -1.0, 1.0))
+    return np.copysign(missed, aside)
+
+
+def _faces(edge: _Edge) -> list[tuple[Floats, Floats, float]]:
+    """Where the faces of an edge lie, (z, r), their outward normals, and how far they go, mm.
+
+    Material is right of the curve.
+    """
+    faces = ((edge.before, -1.0, edge.length_mm[0]), (edge.after, 1.0, edge.length_mm[1]))
+    return [(face, way * np.array([-face[1], face[0]]), far) for face, way, far in faces if face is not None]
 
 
 def _seen(circle: _Circle, scene: _Scene) -> Bools:
@@ -231,14 +258,17 @@ def _pixels_near(xy: Floats, shape: tuple[int, int]) -> tuple[Ints, Ints, Ints]:
 def _on_a_face(
     edge: _Edge, circle: _Circle, beside: Floats, off: Floats, nearest: Ints, scene: _Scene
 ) -> Bools:
-    """(P,) which pixels lie on the side of a face that camera and projector both meet, or on the edge."""
+    """(P,) which pixels lie on a face that camera and projector both meet, or on the edge.
+
+    Beyond where the curve ends nobody knows what they see.
+    """
     on = np.zeros(len(off), np.bool_)
-    for face, outward in _faces(edge):
+    for face, outward, length_mm in _faces(edge):
         normal, inwards = revolved(np.stack([outward, face]), circle.angle)
         cosines = [(normal * _unit(each - circle.part)).sum(axis=1) for each in (scene.eye, scene.lamp)]
         inner = circle.part + _CHORD[1] * scene.pixel_mm * inwards
-        towards = scene.in_picture(inner) - circle.xy
-        side = np.sign((towards * beside).sum(axis=1))[nearest]
+        towards = ((scene.in_picture(inner) - circle.xy) * beside).sum(axis=1)[nearest]
         faced = (np.minimum(*cosines) > _FACED)[nearest]
-        on |= faced & ((np.sign(off) == side) | (np.abs(off) < 0.5))
+        ends = np.abs(towards) * length_mm / (_CHORD[1] * scene.pixel_mm)
+        on |= faced & ((np.sign(off) == np.sign(towards)) & (np.abs(off) < ends) | (np.abs(off) < 0.5))
     return on

@@ -14,6 +14,7 @@ from burrscan.scan.known_light import light_bias_px
 from burrscan.scan.matching.epipolar import epipolar_nodes
 from burrscan.scan.matching.matched import Reading, read
 from burrscan.scan.plan import plan_exposures_ms
+from burrscan.scan.rounds import left
 from burrscan.scan.stripes import side_lobe, stripes
 from burrscan.scan.validity.consistency import consistent
 from burrscan.scan.validity.interreflection_sigma import interreflection_sigma_px
@@ -41,7 +42,8 @@ def look(instrument: Instrument, intensity: Floats | None = None, exposure_ms: f
     )
     reading = reading.blanked(max_sigma_px=0.35)
     reading = reading.without(mixed_pixels(reading, images, CODE, camera=instrument.camera))
-    bias = light_bias_px(reading.u_px, reading.v_px, shown, CODE, sheet=instrument.projector)
+    gain = instrument.response.astype(np.float32)
+    bias = light_bias_px(reading.u_px, reading.v_px, gain, shown, CODE, sheet=instrument.projector)
     return Reading(**{**vars(reading), "u_px": reading.u_px - bias})
 
 
@@ -159,15 +161,14 @@ def response(white: Floats) -> Response:
     )
 
 
-def test_intensities_keep_bright_pixels_within_range_and_dim_ones_lit() -> None:
-    rows, columns = np.mgrid[:60, :80].astype(np.float32)
-    white = np.where(columns < 40, 1.0, 400.0)
-    light = intensities(
+def intensity_of(white: Floats) -> Floats:
+    rows, columns = np.mgrid[: white.shape[0], : white.shape[1]].astype(np.float32)
+    return intensities(
         columns,
         rows.astype(float),
         response(white),
         np.full(rows.shape, np.inf, np.float32),
-        shape=(60, 80),
+        shape=white.shape,
         camera=CameraSheet(),
         exposure_ms=200.0,
         period_px=9.0,
@@ -175,9 +176,20 @@ def test_intensities_keep_bright_pixels_within_range_and_dim_ones_lit() -> None:
         max_sigma_px=0.35,
         least=0.005,
     )
+
+
+def test_intensities_keep_bright_pixels_within_range_and_dim_ones_lit() -> None:
+    light = intensity_of(np.where(np.mgrid[:60, :80][1] < 40, 1.0, 400.0))
     assert (light[:, :35] > 0.95).all()
     assert ((400.0 * 200.0 * light)[:, 45:] < CameraSheet().full_well_e).all()
     assert ((400.0 * 200.0 * light)[:, 45:] > 0.4 * CameraSheet().full_well_e).all()
+
+
+def test_what_every_intensity_clips_gets_the_least() -> None:
+    """Full light there rose by a factor of 2.3 a pixel beside a lobe: columns were 0.04 px off at 0.004."""
+    highest = CameraSheet().full_well_e / (200.0 * 0.005)
+    light = intensity_of(np.where(np.mgrid[:60, :80][1] < 40, 0.7 * highest, 1.5 * highest))
+    assert light == pytest.approx(0.005, rel=1e-6)
 
 
 def test_the_plan_reads_the_brightest_and_reaches_the_dimmest() -> None:
@@ -215,3 +227,14 @@ def test_frames_that_show_a_part_elsewhere_are_read_without_a_column_off_the_pro
         u = reading.u_px[np.isfinite(reading.u_px)]
         assert u.size > 100
         assert -4.0 <= u.min() <= u.max() <= rig.projector.width + 3.0
+
+
+def test_what_taking_the_bias_off_leaves_is_more_where_brightness_bends() -> None:
+    even = np.full((20, 20), 5.0, np.float32)
+    slope = np.exp(0.8 * np.mgrid[:20, :20][1]).astype(np.float32)
+    edge = np.where(np.mgrid[:20, :20][1] < 10, 1.0, 9.0).astype(np.float32)
+    assert left(even) == pytest.approx(0.12)
+    assert left(slope)[:, 1:-1] == pytest.approx(0.12, abs=0.01)
+    assert left(edge)[:, 9:11] == pytest.approx(1.0)
+    assert left(edge)[:, :9] == pytest.approx(0.12)
+    assert left(np.zeros((9, 9), np.float32)) == pytest.approx(0.12)

@@ -9,10 +9,12 @@ import pytest
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.along_edges.strips import REACH, strips
+from burrscan.burrs.along_edges.strips import REACH, Strip, strips
 from burrscan.burrs.along_edges.unexplained import odd_depths, unexplained
 from burrscan.generatrix.polyline import Polyline, join
 from tests.burrscan.burrs.light.scene import Scene
+
+_SEEN_FROM_ITS_END = (0.2, 0.5, -1.0)
 
 
 def _line(*nodes_zr: tuple[float, float]) -> Polyline:
@@ -78,6 +80,42 @@ def test_an_edge_is_looked_at_as_far_as_the_projector_lights_it() -> None:
     assert 500 < sum(len(strip.row) for strip in whole[1]) < 0.8 * sum(len(strip.row) for strip in whole[0])
 
 
+@pytest.mark.parametrize(("length_mm", "least_px", "most_px"), [(2.0, 1.0, 2.6), (40.0, 7.0, REACH + 1.0)])
+def test_beyond_where_a_face_ends_nothing_is_looked_at(
+    length_mm: float, least_px: float, most_px: float
+) -> None:
+    """A groove was seen past a face of which the rounding only was measured, and its light was odd."""
+    off = _shoulder(Scene(direction=_SEEN_FROM_ITS_END), length_mm).off_px
+    shoulder, side = sorted([-off.min(), off.max()])
+    assert least_px < shoulder < most_px  # a pixel is 0.89 mm
+    assert side == pytest.approx(REACH, abs=1.0)
+
+
+def test_a_rounding_misses_the_mirror_by_the_angle_of_its_nearest_normal() -> None:
+    """Seen from the end a glint reaches far around the axis: its width there is no lobe's."""
+    scene = Scene(direction=_SEEN_FROM_ITS_END)
+    eye, lamp = scene.rig.centres_mm(T_part_mesh(scene.axis.point_mm, scene.axis.direction))
+    strip = _shoulder(scene, 40.0)
+    some = np.arange(0, len(strip.angle), 97)
+    cos, sin = np.cos(strip.angle[some]), np.sin(strip.angle[some])
+    place = np.stack([90.0 * cos, 90.0 * sin, np.full(len(some), strip.place[0])], axis=1)
+    to = [each - place for each in (eye, lamp)]
+    half = sum(each / np.linalg.norm(each, axis=1, keepdims=True) for each in to)
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    tilt = np.linspace(0.0, 0.5 * np.pi, 2001)[:, None]
+    normals = np.stack([np.sin(tilt) * cos, np.sin(tilt) * sin, np.cos(tilt) * np.ones(len(some))], axis=2)
+    missed = np.arccos(np.clip((normals * half).sum(axis=2), -1.0, 1.0)).min(axis=0)
+    assert np.abs(strip.from_mirror[some]) == pytest.approx(missed, abs=0.002)
+    assert np.ptp(strip.angle) > 2.0 * np.ptp(strip.from_mirror)
+
+
+def _shoulder(scene: Scene, length_mm: float) -> Strip:
+    """The edge of a shoulder halfway up the cylinder, which the camera sees."""
+    z = float(scene.generatrix.z_mm.mean())
+    curve = _line((z - 50.0, 90.0), (z, 90.0), (z, 90.0 - length_mm))
+    return next(one for one in strips(scene.sight(), scene.axis, curve) if abs(one.place[0] - z) < 2.0)
+
+
 def _full(scene: Scene) -> Polyline:
     return _line(*np.stack([scene.generatrix.z_mm, scene.generatrix.r_mm], axis=1).tolist())
 
@@ -113,6 +151,17 @@ def test_a_glint_is_explained_and_its_opposite_is_not() -> None:
     middle = (shape > 0.8) & (np.abs(strip.off_px) < 1.5)
     assert np.nanmax(np.abs(unexplained(strip, light * (1.0 + shape))[middle])) < 0.1
     assert np.nanmedian(unexplained(strip, light * (1.0 - 0.7 * shape))[middle]) < -0.3
+
+
+def test_of_a_glint_as_large_a_share_is_left_as_of_the_faces() -> None:
+    scene = Scene(light_noise=0.0)
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    light = np.exp(scene.log_light[strip.row, strip.column])
+    shape = np.exp(-0.5 * (strip.from_mirror / np.radians(8.0)) ** 2) * (np.abs(strip.off_px) < 2.0)
+    noise = 1.0 + 0.1 * np.random.default_rng(3).normal(size=len(light))
+    rest = unexplained(strip, light * (1.0 + 20.0 * shape) * noise)
+    for near in (shape > 0.8, (shape < 0.05) & (np.abs(strip.off_px) < 1.5)):
+        assert np.nanstd(rest[near]) == pytest.approx(0.1, rel=0.3)
 
 
 def test_odd_are_depths_that_miss_or_are_far_off_their_row() -> None:
