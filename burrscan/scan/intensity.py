@@ -62,7 +62,7 @@ def intensities(
     Returns
     -------
     ndarray
-        (H, W) in least .. 1, smooth over a camera pixel's footprint; the least where every one clips.
+        (H, W) in least .. 1, smooth over a camera pixel's footprint.
 
     Notes
     -----
@@ -74,7 +74,7 @@ def intensities(
     white = response.white_e_per_ms[sees].astype(float) * exposure_ms
     black = np.clip(response.black_e_per_ms[sees].astype(float) * exposure_ms, 0.0, white)
     before = 1.0 / known_sigma_px[sees].astype(float) ** 2
-    costs = np.empty((len(white), len(ladder)), np.float32)
+    costs = np.empty((len(white), len(ladder) + 1), np.float32)
     roof = camera.full_well_e - 4.0 * np.sqrt(camera.full_well_e)
     for rung, dim in enumerate(ladder):
         signal = (white - black) * dim
@@ -82,12 +82,15 @@ def intensities(
         now = np.where(signal + black < roof, 1.0 / sigma**2, 0.0)
         with np.errstate(divide="ignore"):
             costs[:, rung] = np.minimum(1.0 / (before + now), max_sigma_px**2)
-    total = np.zeros((*shape, len(ladder)), np.float32)
+    costs[:, -1] = (white - black) * least + black >= roof
+    total = np.zeros((*shape, len(ladder) + 1), np.float32)
     _spread(u_px[sees], v_px[sees], costs, total)
-    # of equal sums the dimmest: what clips anyway needs no light, and a step beside it would shift phases
-    choice = len(ladder) - 1 - np.argmin(total[..., ::-1], axis=-1)
-    seen = total.max(axis=-1) > 0.0
-    return _smooth(ladder[choice], seen)
+    sums, clipped = total[..., :-1], total[..., -1] > 0.0
+    # Where nothing is won by any, what clips anyway gets no light: a step beside it would shift phases. What
+    # is too dim gets all there is.
+    alike = sums.max(axis=-1) == sums.min(axis=-1)
+    choice = np.where(alike & clipped, len(ladder) - 1, np.argmin(sums, axis=-1))
+    return _smooth(ladder[choice], sums.max(axis=-1) > 0.0)
 
 
 def _smooth(chosen: Floats, seen: Bools) -> Floats:

@@ -192,6 +192,10 @@ def test_what_every_intensity_clips_gets_the_least() -> None:
     assert light == pytest.approx(0.005, rel=1e-6)
 
 
+def test_what_is_too_dim_in_any_light_gets_all() -> None:
+    assert intensity_of(np.full((60, 80), 1e-5)) == pytest.approx(1.0)
+
+
 def test_the_plan_reads_the_brightest_and_reaches_the_dimmest() -> None:
     camera = CameraSheet()
     white = np.geomspace(0.3, 5e4, 5000)[None]
