@@ -75,6 +75,20 @@ def test_a_step_is_one_end_of_the_interval(direction: int, ratio: float, at: flo
     assert min(abs(centroid - sigma - fall), abs(centroid + sigma - fall)) < 2e-3
 
 
+@pytest.mark.parametrize("direction", [0, 1])
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_a_glint_narrower_than_a_pixel_may_lie_anywhere_in_it(direction: int, share: float) -> None:
+    image = np.ones((9, 9))
+    line = (slice(None), 4) if direction else (4, slice(None))
+    image[line] = 1.0 / (1.0 - share)
+    centroid, sigma = (each[line] for each in centroids(image, direction))
+    assert centroid == pytest.approx(0.0, abs=1e-6)
+    assert sigma == pytest.approx(0.2 * share, rel=1e-6)
+    assert sigma.max() * 2.5 == pytest.approx(0.5 * share)  # as far aside as it can lie
+    across = centroids(image, 1 - direction)[1]
+    assert across == pytest.approx(0.0, abs=1e-6)
+
+
 def test_across_the_gradient_nothing_moves() -> None:
     image = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (3, 3))
     centroid, sigma = centroids(image, 0)
