@@ -31,11 +31,11 @@ wheels, 54,000 pixels on the flanks of highlights and on the borders of blemishe
 _OFF_FALL, _OFF_EITHER = 0.3, 0.5
 """Standard deviation of the centroid over the distance of both models: where light goes on falling, as
 measured likewise; where either may be right, half of it, for the centroid is taken midway."""
-_OFF_PEAK = 0.2
-"""Standard deviation of the centroid, in pixels, per share of a pixel's light that both its neighbours lack:
-a glint narrower than a pixel may lie anywhere in it, 0.29 if all places are alike. On nine rendered wheels,
-of pixels with over two fifths such light, one in eight was over five of its stated deviations off without it,
-and one in 500 is with it."""
+_PEAK, _OFF_PEAK = 0.1, 0.2
+"""Share of a pixel's light that both its neighbours lack from which on it is no noise; and per share beyond,
+the standard deviation of the centroid, in pixels: a glint narrower than a pixel may lie anywhere in it, 0.29
+if all places are alike. On nine rendered wheels, of pixels with over two fifths such light, one in eight was
+over five of its stated deviations off without it, and one in 500 is with it."""
 
 
 def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Correspondence:
@@ -96,7 +96,7 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
         outside = np.log(before / further[0]) + np.log(further[1] / after)
         share = outside / (2.0 * rate)
         goes_on = (share > _GOES_ON[0]) & (share < _GOES_ON[1])
-        peak = np.maximum(1.0 - np.maximum(before, after) / light, 0.0)
+        peak = np.maximum(1.0 - _PEAK - np.maximum(before, after) / light, 0.0)
     fall, step = np.nan_to_num(fall, posinf=0.0, neginf=0.0), np.nan_to_num(step, posinf=0.0, neginf=0.0)
     sigma = np.where(goes_on, _OFF_FALL, _OFF_EITHER) * np.abs(step - fall)
     sigma = np.hypot(sigma, _OFF_PEAK * np.nan_to_num(peak))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Bools, Floats
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.along_edges.strips import REACH, Strip
 from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
 
@@ -27,6 +27,9 @@ _GLINTS = np.radians([3.0, 8.0, 20.0])
 """Widths of the glint of a rounding, from polished to turned metal."""
 _DARK = 0.05
 """Of the median light along the edge; less is shadow, whose shares of anything are noise."""
+_NOISY, _OVER = 0.2, 8.0
+"""Share by which the light of a face differs from pixel to pixel, over so many along the edge, from which on
+it is noise: of lit metal it is 0.02 to 0.1, of an end face in the dark 0.3, whose noise has steps."""
 _FEWEST = 40
 """Pixels of a row: it has five unknowns."""
 _STEPS = (4, 8)
@@ -42,9 +45,10 @@ def unexplained(strip: Strip, radiance: Floats) -> Floats:
 
     ``radiance`` is the strip's pixels' light, (P,).
     """
-    faces = _faces_light(strip, radiance)
+    faces, noise = _faces_light(strip, radiance)
     share = np.full(len(radiance), np.nan)
-    lit = faces.max(axis=1) > _DARK * float(np.median(radiance))
+    brighter = np.arange(len(faces)), faces.argmax(axis=1)
+    lit = (faces[brighter] > _DARK * float(np.median(radiance))) & (noise[brighter] < _NOISY)
     for low in np.arange(-float(REACH), float(REACH), _ROW):
         row = np.flatnonzero((strip.off_px >= low) & (strip.off_px < low + _ROW) & lit)
         if len(row) >= _FEWEST:
@@ -53,18 +57,30 @@ def unexplained(strip: Strip, radiance: Floats) -> Floats:
     return share
 
 
-def _faces_light(strip: Strip, radiance: Floats) -> Floats:
-    """(P, 2) what the faces before and behind the edge are like beside each pixel; 0 where there is none."""
+def _faces_light(strip: Strip, radiance: Floats) -> tuple[Floats, Floats]:
+    """(P, 2) what the faces before and behind the edge are like beside each pixel; 0 where there is none.
+
+    And by what share their pixels differ from that.
+    """
     length = int(strip.arc_px.max()) + 2
-    light = np.zeros((len(radiance), 2))
+    light, noise = np.zeros((2, len(radiance), 2))
     for face, side in enumerate((-1.0, 1.0)):
         inner = (side * strip.off_px > _FACES[0]) & (side * strip.off_px < _FACES[1])
         at = np.rint(strip.arc_px[inner]).astype(np.int64)
-        sums = np.bincount(at, radiance[inner], length), np.bincount(at, minlength=length).astype(np.float64)
-        total, count = (ndimage.gaussian_filter1d(each, _SMOOTH) for each in sums)
-        mean = np.where(count > 0.2, total / np.maximum(count, 0.2), 0.0)
+        mean = _along(at, radiance[inner], length, _SMOOTH)
+        off = radiance[inner] / np.maximum(mean[at], 1e-12) - 1.0
         light[:, face] = np.interp(strip.arc_px, np.arange(length), mean)
-    return light
+        noise[:, face] = np.interp(
+            strip.arc_px, np.arange(length), np.sqrt(_along(at, off**2, length, _OVER))
+        )
+    return light, noise
+
+
+def _along(at: Ints, values: Floats, length: int, over: float) -> Floats:
+    """(length,) mean of values at places along the edge, smoothed; 0 where there are few."""
+    sums = np.bincount(at, values, length), np.bincount(at, minlength=length).astype(np.float64)
+    total, count = (ndimage.gaussian_filter1d(each, over) for each in sums)
+    return np.where(count > 0.2, total / np.maximum(count, 0.2), 0.0)
 
 
 def _rest(faces: Floats, glints: Floats, light: Floats, scale: Floats) -> Floats:

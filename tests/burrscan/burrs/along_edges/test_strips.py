@@ -143,6 +143,18 @@ def test_where_the_faces_are_dark_nothing_is_known() -> None:
     assert np.isfinite(rest[(strip.arc_px < 120.0) & (np.abs(strip.off_px - 4.0) < 2.0)]).mean() > 0.9
 
 
+def test_where_the_light_of_the_faces_is_noise_nothing_is_known() -> None:
+    """Of an end face in the dark: noise has steps, and of a thousand places some are a burr's."""
+    scene = Scene(light_noise=0.02)
+    strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
+    light = np.exp(scene.log_light[strip.row, strip.column])
+    dark = strip.arc_px > 100.0
+    light *= np.where(dark, 1.0 + 0.4 * np.random.default_rng(2).normal(size=len(light)), 1.0)
+    rest = unexplained(strip, np.maximum(light, 0.0))
+    assert np.isnan(rest[strip.arc_px > 120.0]).mean() > 0.98
+    assert np.isfinite(rest[(strip.arc_px < 80.0) & (np.abs(strip.off_px - 4.0) < 2.0)]).mean() > 0.9
+
+
 def test_a_glint_is_explained_and_its_opposite_is_not() -> None:
     scene = Scene(light_noise=0.0)
     strip = strips(scene.sight(), scene.axis, _full(scene))[-1]
