@@ -34,8 +34,8 @@ measured likewise; where either may be right, half of it, for the centroid is ta
 _PEAK, _OFF_PEAK = 0.1, 0.2
 """Share of a pixel's light that both its neighbours lack from which on it is no noise; and per share beyond,
 the standard deviation of the centroid, in pixels: a glint narrower than a pixel may lie anywhere in it, 0.29
-if all places are alike. On nine rendered wheels, of pixels with over two fifths such light, one in eight was
-over five of its stated deviations off without it, and one in 500 is with it."""
+if all places are alike. On 33 rendered wheels, of pixels with over two fifths such light, 4.8 % were over
+five of their stated deviations off without it, and 0.3 % are with it."""
 
 
 def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Correspondence:
