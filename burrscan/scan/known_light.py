@@ -20,6 +20,7 @@ from burrscan.scanner import Patterns
 _GAUSS = 0.5 * np.sqrt(0.6)
 """Outer node of the three-point Gauss rule on -½ .. ½: beside a lobe light changes twofold in a pixel."""
 _RULE = ((-_GAUSS, 5.0 / 18.0), (0.0, 8.0 / 18.0), (_GAUSS, 5.0 / 18.0))
+"""Its nodes and weights."""
 _NODES = tuple((dy, dx, wy * wx) for dy, wy in _RULE for dx, wx in _RULE)
 """Down, across, and weight."""
 _STEEPEST = 2.0

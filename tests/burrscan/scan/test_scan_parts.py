@@ -136,11 +136,13 @@ def test_lone_outliers_go_and_edges_stay() -> None:
     assert good.sum() >= good.size - 5
 
 
-def test_the_sigma_of_interreflected_light_is_learnt() -> None:
+@pytest.mark.parametrize("bend", [0.0, 0.01])
+def test_the_sigma_of_interreflected_light_is_learnt(bend: float) -> None:
+    """And not from how a surface bends."""
     rng = np.random.default_rng(2)
     lost = np.full((80, 80), 0.2, np.float32)
     sigma = np.full((80, 80), 0.02, np.float32)
-    ramp = 0.8 * np.arange(80)
+    ramp = 0.8 * np.arange(80) + bend * np.arange(80) ** 2
     still = (ramp + rng.normal(0.0, 0.02, (80, 80))).astype(np.float32)
     moved = (still + rng.normal(0.0, 0.2 * 0.5, (80, 80))).astype(np.float32)
     assert (interreflection_sigma_px(still, sigma, lost) / lost).max() < 0.03
