@@ -142,7 +142,8 @@ STEPS: tuple[Step, ...] = (
         {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
     ),
     Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
-    Step("what that leaves stated", "scan", {f"{_ROUNDS}:_LEFT": 0.0}),
+    Step("what that leaves stated", "scan", {f"{_ROUNDS}:left": _no_correction}),
+    Step("glints narrower than a pixel unsure", "scan", {"burrscan.footprint:_OFF_PEAK": 0.0}),
     Step(
         "border of the projector's picture dropped",
         "scan",
@@ -264,6 +265,9 @@ STEPS: tuple[Step, ...] = (
     ),
     Step("what corners mirror is no burr", "burrs", {f"{_RESIDUAL}:is_interreflected": _no}),
     Step("light along edges", "burrs", {f"{_RESIDUAL}:along_edges": lambda *_, **__: []}),
+    Step(
+        "noise along edges tells nothing", "burrs", {"burrscan.burrs.along_edges.unexplained:_NOISY": np.inf}
+    ),
     Step("light of the dark by its own scatter", "burrs", {f"{_DISTURBED}:_shares": np.zeros_like}),
     Step(
         "scatter by how flatly it is looked at",

@@ -25,7 +25,6 @@ from tests.tiers import some_of
 
 SHAPE = (120, 60)
 COUNTS = (1, 2, 4, 8)
-SOME = [pytest.param(count, marks=pytest.mark.study) for count in COUNTS]
 DRAWS = {1: 40, 2: 30, 4: 12, 8: 10}
 """Each view of a draw has noise of its own: 40 to 80 axes for each number of views."""
 SIGMA_MM = 0.02
@@ -127,7 +126,8 @@ def camera_errors(shots: list[tuple[Shot, Joint]]) -> Floats:
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("count", SOME)
+@pytest.mark.study
+@pytest.mark.parametrize("count", COUNTS)
 def test_the_axis_is_within_1_3_of_the_bound(count: int) -> None:
     """RMS over the draws and all views; chance alone makes up to 1.1 of 1 (two sigma of 80 tilts)."""
     tilts = np.degrees(camera_errors(found(count))[:, :, :2])
@@ -153,7 +153,8 @@ def test_more_views_make_the_axis_better_than_the_best_single_one() -> None:
     assert rms == sorted(rms, reverse=True)
 
 
-@pytest.mark.parametrize("count", SOME)
+@pytest.mark.study
+@pytest.mark.parametrize("count", COUNTS)
 def test_stated_axes_hold_95_of_100_times(count: int) -> None:
     """Four numbers of each axis, in the cameras and in the world: chi-squared, and its 95 % point."""
     square = [
