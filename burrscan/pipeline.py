@@ -165,7 +165,7 @@ def run(scanner: Scanner, pipeline: Pipeline) -> Outcome:
         surface.faces,
         pipeline,
         sigma_mm=surface.vertex_sigma_mm,
-        sight=sight_of(scan.radiance, surface.points_mm, scanner.rig),
+        sight=sight_of(scan.radiance, surface, scanner.rig),
     )
     return Outcome(scan, surface, replace(inspection, timings_s={**timings, **inspection.timings_s}))
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from burrscan.arrays import Floats, Floats32, freeze
 from burrscan.rig import Rig
+from burrscan.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -20,17 +21,20 @@ class Sight:
         (h, w, 3) measured points, NaN where nothing was measured.
     rig
         The calibration that the points rest on.
+    sigma_mm
+        (h, w) standard deviation of each point along its ray, NaN where there is none; as a scan states it.
 
     """
 
     radiance: Floats32
     points_mm: Floats
     rig: Rig
+    sigma_mm: Floats32
 
     def __post_init__(self) -> None:
-        freeze(self, radiance=self.radiance, points_mm=self.points_mm)
+        freeze(self, radiance=self.radiance, points_mm=self.points_mm, sigma_mm=self.sigma_mm)
 
 
-def sight_of(radiance: Floats32 | None, points_mm: Floats, rig: Rig) -> Sight | None:
+def sight_of(radiance: Floats32 | None, surface: Surface, rig: Rig) -> Sight | None:
     """The sight of a scan, as :class:`Sight` takes it; none where the scan tells no light."""
-    return None if radiance is None else Sight(radiance, points_mm, rig)
+    return None if radiance is None else Sight(radiance, surface.points_mm, rig, surface.sigma_mm)

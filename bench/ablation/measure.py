@@ -79,7 +79,7 @@ def _without(step: Step, simulation: Simulation, whole: Outcome) -> Outcome:
     if step.stage == "scan":
         return run(simulation.scanner(), Pipeline())
     surface = whole.surface
-    sight = sight_of(whole.scan.radiance, surface.points_mm, simulation.truth.rig)
+    sight = sight_of(whole.scan.radiance, surface, simulation.truth.rig)
     inspection = inspect_surface(
         surface.vertices_mm, surface.faces, Pipeline(), sigma_mm=surface.vertex_sigma_mm, sight=sight
     )

@@ -106,7 +106,7 @@ def _scan_steps(evidence: Evidence, pipeline: Pipeline, rig: Rig) -> list[Inspec
             found.faces,
             pipeline,
             sigma_mm=found.vertex_sigma_mm,
-            sight=sight_of(radiance, found.points_mm, told),
+            sight=sight_of(radiance, found, told),
         )
         return _with(evidence, columns, found, inspection)
 
@@ -118,7 +118,7 @@ def _scan_steps(evidence: Evidence, pipeline: Pipeline, rig: Rig) -> list[Inspec
         ("decoding", lambda: meshed(known, rig)),
         ("triangulation", lambda: meshed(known, truth.rig)),
         ("coverage", lambda: meshed(perfect, truth.rig)),
-        *_part_steps(evidence, pipeline, mesh, sight_of(radiance, whole.points_mm, truth.rig), looked),
+        *_part_steps(evidence, pipeline, mesh, sight_of(radiance, whole, truth.rig), looked),
     ]
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.field import Field
+from burrscan.generatrix.polyline import Polyline, turned
+from burrscan.generatrix.ray import first_met
 
 SHARP = np.cos(np.radians(20.0))
 """Within a burr's height along the curve the normal turns by more in a corner."""
@@ -15,8 +19,17 @@ _HIGH = 0.9
 """Quantile of its vertices' deviations that is how high an anomaly is, about."""
 
 
-def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: bool = False) -> bool:
-    """Whether what stands off is on a convex edge of the generatrix, or near one. O(M + N).
+class View(NamedTuple):
+    """The fitted wheel, and where camera and projector stand, (2, 3) mm, part frame."""
+
+    line: Polyline
+    at_mm: Floats
+
+
+def on_edge(
+    field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends_in: View | None = None
+) -> bool:
+    """Whether what stands off is on a convex edge of the generatrix, or near one. O(M · segments + N).
 
     Parameters
     ----------
@@ -28,9 +41,10 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: 
         +1 for material too much; what is missing from an edge is seen beside it.
     within_mm
         How far from the edge it may be, along the curve; as far as it is high at least.
-    ends
-        Whether where the curve ends is an edge: of one view it is. A face beyond it that rose from it would
-        hide it from where that face is not seen.
+    ends_in
+        Of one view where the curve ends is an edge, too: a face beyond it that rose from it would hide it
+        from where that face is not seen. It is none where another part of the wheel hides what is beyond, as
+        a hub does a flange's root. None where only edges that are seen count.
 
     """
     if sign < 0 or not len(on):
@@ -44,9 +58,22 @@ def on_edge(field: Field, on: Ints, sign: int, *, within_mm: float = 0.0, ends: 
     turned = (before * after).sum(axis=1) < SHARP
     convex = before[:, 0] * after[:, 1] < before[:, 1] * after[:, 0]
     edge = turned & convex
-    if ends:
-        edge |= at_end(field, along - high) | at_end(field, along + high)
+    if ends_in is not None:
+        for step_mm in (-high, high):
+            edge |= at_end(field, along + step_mm) & ~_hidden(field, on, step_mm, ends_in)
     return bool(np.count_nonzero(edge) > _MOST * len(on))
+
+
+def _hidden(field: Field, on: Ints, step_mm: float, view: View) -> Bools:
+    """(M,) True where the wheel stands before the place that is so much further along a straight curve."""
+    z, r = field.normal[on].T
+    beyond = turned(field.foot[on] + step_mm * np.stack([r, -z], axis=1), field.angle[on])
+    hidden = np.zeros(len(on), bool)
+    for at in view.at_mm:
+        ray = beyond - at
+        met, _ = first_met(view.line, np.broadcast_to(at, ray.shape), ray, beyond_mm=0.0)
+        hidden |= (1.0 - met) * np.linalg.norm(ray, axis=1) > abs(step_mm)
+    return hidden
 
 
 def at_end(field: Field, along_mm: Floats) -> Bools:

@@ -13,7 +13,7 @@ from burrscan.burrs.along_edges.call import along_edges
 from burrscan.burrs.bodies import TALLEST_MM, tallest
 from burrscan.burrs.describe import Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
-from burrscan.burrs.edges import on_edge
+from burrscan.burrs.edges import View, on_edge
 from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.grazed import FLATTEST, facing
 from burrscan.burrs.height import judged, with_height
@@ -124,8 +124,10 @@ def burrs_residual(
     )
     found = [region for number, region in enumerate(found) if number not in outlined.explained]
     openings = Openings(field) if found and sight is None else None
-    at_mm = None if sight is None else sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction))
-    certain = _certain(field, found, axis, false_calls_per_wheel, openings, at_mm=at_mm, widest_mm=widest_mm)
+    view = None
+    if sight is not None:
+        view = View(line, sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction)))
+    certain = _certain(field, found, axis, false_calls_per_wheel, openings, view=view, widest_mm=widest_mm)
     certain = _with_a_curve_around(certain, field, faces)
     known = _place_known(axis, within_mm=field.spacing_mm)
     seen: list[Burr] = []
@@ -193,13 +195,13 @@ def _certain(
     false_calls_per_wheel: float,
     openings: Openings | None,
     *,
-    at_mm: Floats | None,
+    view: View | None,
     widest_mm: float,
 ) -> list[_Certain]:
     """What is left of the regions when shared errors are counted, without those beside openings.
 
     ``openings`` is None for a scan, which is judged by its light, and where nicks may be mirror images;
-    ``at_mm`` is from where a scan looked, None where nobody knows. What it only grazes is left out, unless an
+    ``view`` is from where a scan looked, None where nobody knows. What it only grazes is left out, unless an
     edge puts it into the light.
     """
     if not found:
@@ -212,10 +214,10 @@ def _certain(
             continue
         beside = _EDGE_SPACINGS * field.spacing_mm
         air = openings is None and on_edge(
-            field, site.chosen[site.on], region.sign, within_mm=beside, ends=True
+            field, site.chosen[site.on], region.sign, within_mm=beside, ends_in=view
         )
-        cosine = 0.0 if at_mm is None else facing(field, site.chosen[site.on], at_mm)
-        if at_mm is not None and not air and cosine < FLATTEST:
+        cosine = 0.0 if view is None else facing(field, site.chosen[site.on], view.at_mm)
+        if view is not None and not air and cosine < FLATTEST:
             continue
         crest, high, noise = _crest(field, doubt, site, columns=_columns(region) if air else 0)
         own_mm = noise.own_mm * float(np.sqrt(3.0 / max(len(crest), 1)))

@@ -218,7 +218,9 @@ def _fit(seen: _Seen, basis: BSpline) -> tuple[Floats, Floats, Floats]:
         wanted = -_without_light(((1.0 + above * slope) * weight)[:, None], exposure, seen.place)[:, 0]
         matrix = np.vstack([matrix, _smooth(c)])
         wanted = np.append(wanted, np.zeros(len(c) - 2))
-        c = lsq_linear(matrix, wanted, bounds=(0.0, np.inf), method="bvls").x
+        # of thousands of rows what their triangular factor keeps is the same problem
+        _, few = np.linalg.qr(np.column_stack([matrix, wanted]))
+        c = lsq_linear(few[:, :-1], few[:, -1], bounds=(0.0, np.inf), method="bvls").x
         light = 1.0 + (integral - middle) @ c
         above = np.clip(
             (matrix @ c - wanted)[: len(dn)] * seen.sigma_dn, -_MOST * seen.sigma_dn, _MOST * seen.sigma_dn

@@ -146,7 +146,7 @@ def _shaded(
     outcome: Outcome, burr: Burr, T_camera_burr: Floats, gate_mm: float, *, rig: Rig, pixel_mm: float
 ) -> Value | None:
     """Where the light has the burr; None where it does not tell."""
-    sight = sight_of(outcome.scan.radiance, outcome.surface.points_mm, rig)
+    sight = sight_of(outcome.scan.radiance, outcome.surface, rig)
     if sight is None or _aside(rig, T_camera_burr) > _SYMMETRIC:
         return None
     return shade_centre(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burrscan.arrays import Floats, Ints32
@@ -9,11 +11,20 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
 from burrscan.generatrix.covariance import band_mm
 from burrscan.generatrix.covariance import sigma_mm as curve_sigma_mm
-from burrscan.generatrix.exact import exact
+from burrscan.generatrix.exact import exact, feet_near, reach_from
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import smooth_tangents, step
-from burrscan.generatrix.tracing.cells import Cells, Looks, Scale, cells_of, scale_of, trusted
+from burrscan.generatrix.tracing.cells import (
+    Cells,
+    Looks,
+    Scale,
+    all_round,
+    cells_of,
+    scale_of,
+    trusted,
+    without,
+)
 from burrscan.generatrix.tracing.ends import extended, trimmed
 from burrscan.generatrix.tracing.meets import met
 from burrscan.generatrix.tracing.outside import looks_of, oriented
@@ -26,6 +37,9 @@ _SUBCELLS = 4
 """Small cells per cell, which stand for the data in the first steps."""
 _MOST_DATA = 0.75
 """Share of the vertices that chains of their cells hold, unless the mesh is a drawing with long edges."""
+
+_STRAY = 0.5
+"""How far off the chains what does not go round is no tail of their noise, in cells: three sigma and more."""
 
 
 def fit_generatrix(
@@ -67,33 +81,53 @@ def fit_generatrix(
     side = scale.cell_mm
     transform = T_part_mesh(axis.point_mm, axis.direction)
     looks = looks_of(vertices_mm, faces, transform) if len(faces) else None
-    data, pieces = _traced(profile, faces, scale, looks)
+    data, fitted, _, pieces = _traced(profile, faces, scale, looks)
     if not pieces:
         raise InputError(
             "no generatrix: the data do not gather along a curve about this axis; is the part a surface of "
             "revolution, and was its axis found?"
         )
-    rough = _rough(pieces, cells_of(data, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
+    rough = _rough(pieces, cells_of(fitted, scale, side_mm=side / _SUBCELLS), side, scale.node_mm)
     rough = met(rough, spacing_mm=scale.node_mm, reach_mm=REACH * side)
     turned = oriented(rough, vertices_mm, faces, transform, side_mm=side)
     stated = _stated(sigma_mm)
-    fit, foot = exact(join(turned), data, scale, stated_mm=stated)
-    sigma = curve_sigma_mm(fit, foot, data.angle, scale.arc, stated)
-    return _described(fit.line, sigma, band_mm(fit.line, foot))
+    fit, foot = exact(join(turned), fitted, scale, stated_mm=stated)
+    sigma = curve_sigma_mm(fit, foot, fitted.angle, scale.arc, stated)
+    return _described(fit.line, sigma, band_mm(fit.line, feet_near(data, fit.line, scale)[0]))
 
 
-def _traced(
-    profile: Profile, faces: Ints32, scale: Scale, looks: Looks | None
-) -> tuple[Profile, list[Floats]]:
-    """Chains of cells, and the data they were found in: the vertices, or where they are few the edges too."""
+class _Traced(NamedTuple):
+    """Data, those of them that may be the curve's, the cells of all, and chains of those that go round."""
+
+    data: Profile
+    fitted: Profile
+    cells: Cells
+    pieces: list[Floats]
+
+
+def _traced(profile: Profile, faces: Ints32, scale: Scale, looks: Looks | None) -> _Traced:
+    """What the curve is fitted to: the vertices, or where they are few the edges too."""
+    found = _chained(profile, scale, looks)
+    if not len(faces) or _share(found.pieces, found.cells, scale.cell_mm) > _MOST_DATA:
+        return found
+    return _chained(along_long_edges(profile, faces, step_mm=1.5 * scale.cell_mm), scale, looks)
+
+
+def _chained(data: Profile, scale: Scale, looks: Looks | None) -> _Traced:
+    """What stands off the chains and does not go round is not fitted, though it may be most of what is seen.
+
+    Such is a burr on the rim of a cylinder that is looked at from its end. Past a chain nobody knows.
+    """
     side = scale.cell_mm
-    cells = cells_of(profile, scale, side_mm=side, looks=looks)
-    pieces = trace(trusted(cells, scale, side_mm=side), side_mm=side)
-    if not len(faces) or _share(pieces, cells, side) > _MOST_DATA:
-        return profile, pieces
-    data = along_long_edges(profile, faces, step_mm=1.5 * side)
     cells = cells_of(data, scale, side_mm=side, looks=looks)
-    return data, trace(trusted(cells, scale, side_mm=side), side_mm=side)
+    covered = all_round(cells, scale, side_mm=side)
+    pieces = trace(trusted(cells, covered), side_mm=side)
+    if not pieces:
+        return _Traced(data, data, cells, pieces)
+    chains = join(pieces)
+    foot = _feet(chains, cells, side, reach_mm=reach_from(chains, scale), overshoot_mm=0.0)
+    stray = ~covered & foot.valid & (np.abs(foot.distance_mm) > _STRAY * side)
+    return _Traced(data, without(data, cells, stray, scale, side_mm=side), cells, pieces)
 
 
 def _share(pieces: list[Floats], cells: Cells, side: float) -> float:
@@ -126,9 +160,13 @@ def _rough(pieces: list[Floats], cells: Cells, side: float, spacing: float) -> l
 
 
 def _cell_feet(line: Polyline, cells: Cells, side: float) -> Foot:
+    return _feet(line, cells, side, reach_mm=1.5 * side, overshoot_mm=0.5 * side)
+
+
+def _feet(line: Polyline, cells: Cells, side: float, *, reach_mm: float, overshoot_mm: float) -> Foot:
     z, r = np.ascontiguousarray(cells.centre_mm.T)
-    near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=1.5 * side)
-    return feet(z, r, line, near, overshoot_mm=0.5 * side)
+    near = candidates(z, r, line, side_mm=0.5 * side, slack_mm=0.0, reach_mm=reach_mm)
+    return feet(z, r, line, near, overshoot_mm=overshoot_mm)
 
 
 def _described(line: Polyline, sigma: Floats, band: Floats) -> Generatrix:

@@ -15,7 +15,7 @@ from burrscan.generatrix.tracing.cells import Scale
 from burrscan.generatrix.tracing.creases import borne_out, creases, moved, sharpened
 from burrscan.generatrix.tracing.ends import cut_back
 
-REACH = 0.05
+_REACH = 0.05
 """Deviations are looked for within this share of the largest radius."""
 _TUKEY_STEPS = 2
 """Steps on the data: Gauss-Newton is linear in the offsets, and the first has set the weights right."""
@@ -69,29 +69,35 @@ def exact(line: Polyline, data: Profile, scale: Scale, *, stated_mm: float) -> t
     return fit, foot
 
 
+def reach_from(line: Polyline, scale: Scale) -> float:
+    """How far from a line its deviations are looked for, mm."""
+    return max(4.0 * scale.cell_mm, _REACH * float(line.nodes_mm[:, 1].max()))
+
+
+def feet_near(data: Profile, line: Polyline, scale: Scale) -> tuple[Foot, Candidates]:
+    """Nearest places of data on a line, and the lists that find them while its nodes move a little."""
+    side, reach = scale.cell_mm, reach_from(line, scale)
+    near = candidates(data.z_mm, data.r_mm, line, side_mm=side / 3.0, slack_mm=0.1 * side, reach_mm=reach)
+    return feet(data.z_mm, data.r_mm, line, near, overshoot_mm=0.5 * side), near
+
+
 class _Fitter:
     """Fits lines to the same data."""
 
     def __init__(self, data: Profile, scale: Scale, stated_mm: float) -> None:
-        self._data, self._side, self._arc, self._stated = data, scale.cell_mm, scale.arc, stated_mm
-
-    def feet(self, line: Polyline) -> tuple[Foot, Candidates]:
-        """Nearest places on a line, and the lists that find them while its nodes move a little."""
-        reach = max(4.0 * self._side, REACH * float(line.nodes_mm[:, 1].max()))
-        z, r, side = self._data.z_mm, self._data.r_mm, self._side
-        near = candidates(z, r, line, side_mm=side / 3.0, slack_mm=0.1 * side, reach_mm=reach)
-        return feet(z, r, line, near, overshoot_mm=0.5 * side), near
+        self._data, self._scale, self._stated = data, scale, stated_mm
+        self._side = scale.cell_mm
 
     def fitted(self, line: Polyline) -> tuple[Step, Foot]:
         """A line after the Tukey steps, its ends where the data end."""
-        foot, near = self.feet(line)
+        foot, near = feet_near(self._data, line, self._scale)
         start = self._start(foot, line)
         fit, tangents = Step(line, np.ones(len(start)), start), smooth_tangents(line)
         least = max(0.5 * self._stated, 0.01 * self._side)
         for _ in range(_TUKEY_STEPS):
             fit = step(fit.line, foot, scale_mm=np.maximum(fit.scale_mm, least), tangents=tangents)
             foot = feet(self._data.z_mm, self._data.r_mm, fit.line, near, overshoot_mm=0.5 * self._side)
-        ended = cut_back(fit.line, foot, self._data.angle, self._arc)
+        ended = cut_back(fit.line, foot, self._data.angle, self._scale.arc)
         if _alike(ended, fit.line):
             return fit, foot
         foot = feet(self._data.z_mm, self._data.r_mm, ended, near, overshoot_mm=0.5 * self._side)

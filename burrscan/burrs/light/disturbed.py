@@ -182,7 +182,7 @@ def disturbed(
     rest, predicted, scatter = excess(brightness, known, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
     depths = np.where(measured & surface.open, deviation, np.nan)
-    calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER)
+    calm = np.maximum(cell_sigma(depths, surface.facing, least=_LEAST_SCATTER), _stated(sight, surface))
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm)
     hole = ~measured & _measurable(predicted, measured, surface.open)
     # the dark sectors of an end face are noisy, and a parallel crosses them all
@@ -230,6 +230,14 @@ def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) 
     deviation = deviation_mm(sight.points_mm.reshape(-1, 3), axis, generatrix).reshape(shape)
     share = surface.sampled(np.isfinite(sight.points_mm[..., 2]).astype(float), order=1)
     return share >= 0.5, surface.sampled(np.nan_to_num(deviation), order=0)
+
+
+def _stated(sight: Sight, surface: Unrolled) -> Floats:
+    """What the scan states that the cells' depths err by, along the normal: in a stain they are noise.
+
+    No less than that: a cell faces the camera by ``facing`` or more.
+    """
+    return surface.facing * surface.sampled(np.nan_to_num(sight.sigma_mm.astype(float)), order=0)
 
 
 def _shares(predicted: Floats) -> Floats:

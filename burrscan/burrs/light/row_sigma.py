@@ -19,10 +19,13 @@ _PASSES = 2
 
 def row_sigma(rest: Floats, *, least: float) -> Floats:
     """(rows,) robust standard deviation about 0 of (rows, columns) values, NaN where unknown."""
-    size = np.abs(rest)
-    count = np.isfinite(size).sum(axis=1)
-    whole = float(np.nanmedian(size)) if count.any() else 0.0
-    rows = [np.nanmedian(row) if n >= _LEAST_CELLS else whole for row, n in zip(size, count, strict=True)]
+    size = np.sort(np.abs(rest), axis=1)  # what is unknown comes last
+    known = np.isfinite(size)
+    if not known.any():
+        return np.full(len(size), SIGMA_PER_MEDIAN * least)
+    whole, count, row = float(np.median(size[known])), known.sum(axis=1), np.arange(len(size))
+    median = 0.5 * (size[row, np.maximum(count - 1, 0) // 2] + size[row, count // 2])
+    rows = np.where(count >= _LEAST_CELLS, median, whole)
     return np.asarray(SIGMA_PER_MEDIAN * np.maximum(rows, max(_CALMEST * whole, least)))
 
 

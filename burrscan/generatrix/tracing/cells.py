@@ -305,14 +305,26 @@ def opposed(facing: Floats, i: int, j: int) -> bool:
     return bool(facing[i, 0] * facing[j, 0] + facing[i, 1] * facing[j, 1] < _OPPOSED)
 
 
-def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
-    """Only the cells that belong to the surface of revolution. O(cells)."""
+def all_round(cells: Cells, scale: Scale, *, side_mm: float) -> Bools:
+    """(N,) True for the cells whose data go round, as a surface of revolution's do. O(cells)."""
     reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
-    keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
-    keep &= cells.count >= _sparse(cells.count)
-    keep &= _covered(
+    covered: Bools = _covered(
         cells.place, cells.index, cells.coverage, cells.seen, cells.finely, cells.count, reach, cells.facing
     )
+    return covered
+
+
+def without(profile: Profile, cells: Cells, dropped: Bools, scale: Scale, *, side_mm: float) -> Profile:
+    """The data but for those in some of the cells, (N,), that they were sorted into. O(V)."""
+    flat = _in_cells(profile.z_mm, profile.r_mm, scale.low_mm, scale.high_mm, side_mm)[0]
+    kept = (flat < 0) | ~dropped[cells.index.flat[flat]]
+    return Profile(profile.z_mm[kept], profile.r_mm[kept], profile.angle[kept])
+
+
+def trusted(cells: Cells, covered: Bools) -> Cells:
+    """Only the cells that belong to the surface of revolution, of those that go round. O(cells)."""
+    keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
+    keep &= covered & (cells.count >= _sparse(cells.count))
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
     return Cells(

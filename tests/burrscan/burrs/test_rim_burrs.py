@@ -13,6 +13,7 @@ from burrscan.api import inspect_mesh
 from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs import describe, detect, field, local_cfar, past_end, reach, residual
+from burrscan.burrs.edges import View
 from burrscan.burrs.noise import correlated_noise
 from burrscan.burrs.noise.border import inner
 from burrscan.burrs.openings import MOST_OPEN, Openings
@@ -208,7 +209,7 @@ def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
 
     def certain(openings: Openings | None) -> int:
-        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, at_mm=None, widest_mm=3.0))
+        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, view=None, widest_mm=3.0))
 
     assert certain(None) == 1
     assert certain(Openings(seen)) == 0
@@ -310,14 +311,16 @@ def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str,
     shown = field.field_of(*seen, found.axis, found.generatrix, sigma_mm=0.03)
     regions = local_cfar.convincing(shown, detect.regions(shown, false_calls_per_wheel=1e-6), cores=True)
     T = T_part_mesh(found.axis.point_mm, found.axis.direction)
-    at_mm = None if from_mm is None else placed(T, np.stack([from_mm, from_mm]))
-    certain = residual._certain(shown, regions, found.axis, 1e-6, None, at_mm=at_mm, widest_mm=3.0)
+    view = None
+    if from_mm is not None:
+        view = View(polyline_of(found.generatrix), placed(T, np.stack([from_mm, from_mm])))
+    certain = residual._certain(shown, regions, found.axis, 1e-6, None, view=view, widest_mm=3.0)
     return [(one.burr.side, one.burr.height_mm) for one in certain]
 
 
-def of_a_scan(seen: Seen) -> int:
-    """How many burrs the depth of a scan shows: it is not judged by what is open beside them."""
-    return len(depth_calls(seen))
+def of_a_scan(seen: Seen, up_rad: float) -> int:
+    """How many burrs the depth of a scan from up there shows: what is open beside them is no reason."""
+    return len(depth_calls(seen, from_mm=1000.0 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])))
 
 
 def never(*_: object, **__: object) -> Bools:
@@ -360,13 +363,13 @@ def test_a_burr_on_an_edge_may_be_the_border_of_what_is_seen(
 ) -> None:
     """From below a burr stands between the wheel and nothing: hardly a vertex of it is off the border."""
     seen = from_above(rim(0.0, 30.0, height_mm, 0.8), up_rad=up_rad)
-    assert of_a_scan(seen) == 1
+    assert of_a_scan(seen, up_rad) == 1
     with monkeypatch.context() as planted:
         planted.setattr(residual, "_THROUGH", 2.0)
-        assert of_a_scan(seen) == 0
+        assert of_a_scan(seen, up_rad) == 0
     with monkeypatch.context() as planted:
         planted.setattr("burrscan.burrs.edges.at_end", never)
-        assert of_a_scan(seen) == 0
+        assert of_a_scan(seen, up_rad) == 0
 
 
 def test_the_border_of_an_edge_is_compared_with_its_own(monkeypatch: pytest.MonkeyPatch) -> None:

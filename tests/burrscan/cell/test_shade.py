@@ -46,7 +46,8 @@ def _sight(
     noise = 0.01 * np.random.default_rng(seed).normal(size=len(points))
     radiance = np.where(root > 0.0, np.exp(change + bright + noise), np.nan)
     shape = _RIG.camera.shape
-    return Sight(radiance.reshape(shape).astype(np.float32), np.full((*shape, 3), np.nan), _RIG)
+    unknown = np.full(shape, np.nan, np.float32)
+    return Sight(radiance.reshape(shape).astype(np.float32), np.full((*shape, 3), np.nan), _RIG, unknown)
 
 
 def _pose() -> Floats:
@@ -107,4 +108,4 @@ def test_light_that_is_not_known_tells_nothing() -> None:
     sight = _sight(0.0)
     radiance = np.array(sight.radiance)
     radiance[:, radiance.shape[1] // 2 - 1 : radiance.shape[1] // 2 + 2] = np.nan
-    assert _centre(Sight(radiance, sight.points_mm, sight.rig)) is None
+    assert _centre(Sight(radiance, sight.points_mm, sight.rig, sight.sigma_mm)) is None

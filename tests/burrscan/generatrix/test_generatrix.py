@@ -9,7 +9,7 @@ from bench.score.polyline import resample
 from bench.synthetic.revolution import RevolutionScan, profile_of, random_pose, revolution_scan
 from burrscan.axis.basis import T_part_mesh
 from burrscan.errors import InputError
-from burrscan.generatrix import METHODS, deviation_mm, fit_generatrix
+from burrscan.generatrix import METHODS, curve, deviation_mm, fit_generatrix
 from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Axis, Generatrix
 from burrscan.variants import resolve
@@ -170,6 +170,29 @@ def test_a_burr_on_a_third_of_an_edge_is_no_rounding() -> None:
     nodes = np.stack([curve.z_mm, curve.r_mm], axis=1)
     assert distance_to_polyline(resample(nodes, step_mm=0.05), profile).max() < 0.1
     assert np.nanmedian(deviation_mm(cloud[on], axis, curve)) > 0.4
+
+
+def test_a_burr_that_hides_more_of_an_edge_than_is_seen_of_the_face_beyond_is_no_curve(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """From the end of a wheel: all of its face, a seventh of its cylinder, and a burr that stands out aside."""
+    rng = np.random.default_rng(5)
+    face_r, turn = 60.0 * np.sqrt(rng.uniform(size=18_000)), rng.uniform(-np.pi, np.pi, 18_000)
+    beyond_z, about = rng.uniform(0.0, 15.0, 1_200), np.pi + rng.uniform(-0.45, 0.45, 1_200)
+    flank, along = rng.uniform(0.0, 3.0, 700), rng.uniform(-0.25, 0.25, 700)
+    face_r, turn = (one[(np.abs(turn) > 0.25) | (face_r < 59.0)] for one in (face_r, turn))
+    r = np.concatenate([face_r, np.full(1_200, 60.0), 59.5 + flank])
+    z = np.concatenate([np.zeros(len(face_r)), beyond_z, flank])
+    angle = np.concatenate([turn, about, along])
+    cloud = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1) + rng.normal(0.0, 0.01, (len(r), 3))
+    axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
+
+    def furthest_mm() -> float:
+        return float(np.nanmax(fit_generatrix(cloud, np.empty((0, 3), np.int32), axis).r_mm))
+
+    assert furthest_mm() == pytest.approx(60.0, abs=0.1)
+    monkeypatch.setattr(curve, "without", lambda data, *_, **__: data)
+    assert furthest_mm() > 60.5
 
 
 def test_the_curve_ends_where_a_good_share_of_the_arc_has_data() -> None:

@@ -36,6 +36,7 @@ class Scene:
     log_light: Floats = field(init=False)
     lift_mm: Floats = field(init=False)
     lost: Bools = field(init=False)
+    sigma_mm: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         self.rig = small_rig(width=self.width)
@@ -67,6 +68,7 @@ class Scene:
             3.0 - 0.5 * ((self.around - 12.0) / 35.0) ** 2 + self.light_noise * rng.normal(size=shape)
         )
         self.lift_mm = self.depth_noise_mm * rng.normal(size=shape)
+        self.sigma_mm = np.full(shape, self.depth_noise_mm)
         self.lost = np.zeros(shape, bool)
 
     def band(self, around_mm: float, width_mm: float, low_mm: float, high_mm: float) -> Bools:
@@ -90,7 +92,8 @@ class Scene:
         there = self.on & ~self.lost
         points = np.where(there[..., None], self.points + self.lift_mm[..., None] * self.normal, np.nan)
         light = np.where(self.on, unit * np.exp(self.log_light), 0.0)
-        return Sight(light.astype(np.float32), points, self.rig)
+        sigma = np.where(there, self.sigma_mm, np.nan)
+        return Sight(light.astype(np.float32), points, self.rig, sigma.astype(np.float32))
 
 
 def dark_line(

@@ -69,6 +69,19 @@ def test_the_noise_of_what_is_dark_is_none() -> None:
     assert calls <= 1  # 20 by the scatter of the rows alone
 
 
+def test_the_noise_of_a_stain_is_as_large_as_the_scan_says() -> None:
+    """A fortieth of the light around it and ten times the noise: no depth that is not the surface's."""
+    calls = []
+    for stated in (True, False):
+        scene = Scene(seed=1)
+        stain = np.hypot(scene.around - 15.0, scene.along) < 4.0
+        scene.log_light[stain] -= np.log(40.0)
+        scene.lift_mm[stain] *= 10.0
+        scene.sigma_mm[stain] *= 10.0 if stated else 1.0
+        calls.append(len(found(scene)[1]))
+    assert calls == [0, 1]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_dark_line_with_holes_stands_up(seed: int) -> None:
     scene = Scene(seed=seed)

@@ -30,6 +30,16 @@ def test_rows_and_slopes_are_told_apart(flatter: float) -> None:
     assert np.abs(np.log(told / sigma)).mean() < 0.07
 
 
+@pytest.mark.parametrize("known", [20, 21, 22, 23])
+def test_a_row_has_the_median_of_what_is_known_of_it(known: int) -> None:
+    rest = np.full((40, 22 + known % 2), np.nan)
+    rest[:, :known] = np.random.default_rng(known).normal(size=(40, min(known, rest.shape[1])))
+    np.random.default_rng(0).permuted(rest, axis=1, out=rest)
+    expected = [1.4826 * np.nanmedian(np.abs(row)) for row in rest]
+    calmest = 0.5 * 1.4826 * np.nanmedian(np.abs(rest))
+    np.testing.assert_allclose(row_sigma(rest, least=0.0), np.maximum(expected, calmest), rtol=1e-4)
+
+
 def test_what_is_looked_at_flatly_says_nothing_of_the_rest() -> None:
     """A row's scatter alone does: half of a scan that errs at its rim makes all of it dull."""
     rest, sigma = drawn(flatter=0.0)
