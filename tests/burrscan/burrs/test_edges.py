@@ -30,7 +30,7 @@ def test_a_hub_hides_its_root_and_nothing_hides_what_is_past_a_rim(further_mm: f
         [np.array([[0.0, 0.0], [0.0, _HUB_MM]]), np.array([[_LOWER_MM, _HUB_MM], [_LOWER_MM, _RIM_MM]])]
     )
     above = np.array([0.0, 0.0, -further_mm])
-    view = View(line, np.stack([above, above + [10.0, 0.0, 0.0]]))
+    view = View(line, np.stack([above, np.array([10.0, 0.0, -further_mm])]))
     on = np.arange(4)
     root, rim = flange(_HUB_MM + 0.5), flange(_RIM_MM - 0.5)
     assert _hidden(root, on, 1.5, view).all() != _hidden(root, on, -1.5, view).all()

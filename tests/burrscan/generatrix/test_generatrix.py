@@ -184,7 +184,8 @@ def test_a_burr_that_hides_more_of_an_edge_than_is_seen_of_the_face_beyond_is_no
     r = np.concatenate([face_r, np.full(1_200, 60.0), 59.5 + flank])
     z = np.concatenate([np.zeros(len(face_r)), beyond_z, flank])
     angle = np.concatenate([turn, about, along])
-    cloud = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1) + rng.normal(0.0, 0.01, (len(r), 3))
+    cloud = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+    cloud += rng.normal(0.0, 0.01, cloud.shape)
     axis = Axis(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros((4, 4)), "exact")
 
     def furthest_mm() -> float:
