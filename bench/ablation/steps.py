@@ -127,14 +127,16 @@ STEPS: tuple[Step, ...] = (
     ),
     Step("intensities smoothed", "scan", {"burrscan.scan.intensity:_SMOOTH_PX": 0.0}),
     Step(
-        "regions grown from sure columns", "scan", {f"{_FUSION}:grow_regions": lambda *readings: readings[-1]}
+        "regions grown from sure columns",
+        "scan",
+        {f"{_FUSION}:grow_regions": lambda *readings, **_: readings[-1]},
     ),
     Step("sure only where direct light dominates", "scan", {f"{_FUSION}:_DIRECT_DOMINATES": np.inf}),
     Step("rounds that contradict each other dropped", "scan", {f"{_FUSION}:_APART_Z": np.inf}),
     Step(
         "columns that contradict their neighbours dropped",
         "scan",
-        {f"{_FUSION}:consistent": lambda u, *_: np.isfinite(u)},
+        {f"{_FUSION}:consistent": lambda u, *_, **__: np.isfinite(u)},
     ),
     Step(
         "mixed pixels dropped",
@@ -205,6 +207,11 @@ STEPS: tuple[Step, ...] = (
         "generatrix",
         {"burrscan.generatrix.curve:trimmed": _whole_pieces},
     ),
+    Step(
+        "what does not go round is no curve",
+        "generatrix",
+        {"burrscan.generatrix.curve:without": lambda data, *_, **__: data},
+    ),
     Step("creases sharpened", "generatrix", {f"{_EXACT}:creases": lambda _: {}}),
     Step(
         "roundings told from creases",
@@ -233,9 +240,11 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {"burrscan.burrs.field:APART_CELLS": 0, "burrscan.burrs.light.unrolled:_APART_CELLS": 0},
     ),
-    Step("stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found: found}),
+    Step(
+        "stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found, **__: found}
+    ),
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
-    Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_: 1.0}),
+    Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_, **__: 1.0}),
     Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),
     Step("halo left out of the ridge", "burrs", {f"{_RESIDUAL}:_HALO": 0.0}),
     Step(
@@ -273,6 +282,12 @@ STEPS: tuple[Step, ...] = (
         "scatter by how flatly it is looked at",
         "burrs",
         {f"{_DISTURBED}:cell_sigma": _by_rows},
+    ),
+    Step("noise that the scan states of a depth", "burrs", {f"{_DISTURBED}:_stated": lambda *_: 0.0}),
+    Step(
+        "ends that the wheel hides are no edges",
+        "burrs",
+        {"burrscan.burrs.edges:_hidden": lambda _, on, *__: np.zeros(len(on), np.bool_)},
     ),
     Step("nothing told of what is grazed", "burrs", {f"{_RESIDUAL}:FLATTEST": -np.inf}),
     Step(

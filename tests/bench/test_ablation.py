@@ -1,6 +1,7 @@
 """Leaving a step out changes what it does and nothing else, and the table says for sure what got worse."""
 
 import importlib
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,19 @@ def test_a_step_is_out_only_while_it_is_left_out(step: Step) -> None:
     with pytest.raises(ZeroDivisionError):
         fail()
     assert all(now is was for now, was in zip(standing(step), usual, strict=True))
+
+
+@pytest.mark.parametrize("step", STEPS, ids=lambda step: step.name.replace(" ", "-"))
+def test_what_stands_in_for_a_step_takes_what_the_step_takes(step: Step) -> None:
+    for usual, instead in zip(standing(step), step.places.values(), strict=True):
+        if not callable(instead) or isinstance(instead, np.ufunc):
+            continue
+        taken = inspect.signature(usual).parameters.values()
+        positional = [
+            None for one in taken if one.kind <= one.POSITIONAL_OR_KEYWORD and one.default is one.empty
+        ]
+        keywords = {one.name: None for one in taken if one.kind == one.KEYWORD_ONLY}
+        inspect.signature(instead).bind(*positional, **keywords)
 
 
 def test_a_step_that_the_pipeline_has_not_is_an_error_that_leaves_everything_as_it_was() -> None:

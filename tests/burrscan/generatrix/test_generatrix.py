@@ -175,7 +175,7 @@ def test_a_burr_on_a_third_of_an_edge_is_no_rounding() -> None:
 def test_a_burr_that_hides_more_of_an_edge_than_is_seen_of_the_face_beyond_is_no_curve(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """From the end of a wheel: all of its face, a seventh of its cylinder, and a burr that stands out aside."""
+    """From the end of a wheel: all of its face, a seventh of its cylinder, and a burr that stands out."""
     rng = np.random.default_rng(5)
     face_r, turn = 60.0 * np.sqrt(rng.uniform(size=18_000)), rng.uniform(-np.pi, np.pi, 18_000)
     beyond_z, about = rng.uniform(0.0, 15.0, 1_200), np.pi + rng.uniform(-0.45, 0.45, 1_200)
