@@ -69,14 +69,14 @@ def wanders_flat(cells: Bools, deviation_mm: Floats, *, pixel_mm: float) -> bool
     independent, so the place has as many of them as it moves by columns, and one. O(cells).
 
     """
-    rows, columns = np.nonzero(cells)
-    used = np.unique(rows)
-    sums, squares, middles = (np.empty(len(used)) for _ in range(3))
-    for k, row in enumerate(used):
-        at = columns[rows == row]
-        near = _cells(float(at.min()) - _BESIDE_CELLS, float(at.max()) + _BESIDE_CELLS)
-        sums[k], squares[k] = (np.nansum(deviation_mm[row, near] ** power) for power in (1, 2))
-        middles[k] = at.mean()
+    rows, columns = np.nonzero(cells)  # row by row, from the left
+    used, first, count = np.unique(rows, return_index=True, return_counts=True)
+    middles = np.add.reduceat(columns, first) / count
+    place = np.arange(cells.shape[1])
+    near = place >= (columns[first] - _BESIDE_CELLS)[:, None]
+    near &= place <= (columns[first + count - 1] + _BESIDE_CELLS)[:, None]
+    depth = np.where(near, np.nan_to_num(deviation_mm[used]), 0.0)
+    sums, squares = depth.sum(axis=1), (depth * depth).sum(axis=1)
     stretches = 1.0 + abs(float(np.polyfit(used, middles, 1)[0])) * float(used[-1] - used[0])
     seen = np.isfinite(deviation_mm[cells]).mean() >= _MEASURED
     small = float(np.mean(squares)) <= (0.5 * _EDGES_BY_DEPTH * pixel_mm) ** 2

@@ -30,7 +30,7 @@ def solid(points: Floats, burr: Floats) -> Bools:
     beside = np.abs(np.arctan2(points[:, 1], points[:, 0])) > 0.5 * WIDTH / RADIUS
     inside = beside & (np.hypot(points[:, 0], points[:, 1]) < RADIUS)
     for a, b in ((corners[0], corners[1]), (corners[1], corners[2])):
-        shares = np.linalg.solve(np.stack([a, b], axis=1), points.T)  # the wedge's sides from the middle
+        shares = np.linalg.inv(np.stack([a, b], axis=1)) @ points.T  # the wedge's sides from the middle
         inside |= (shares >= 0.0).all(axis=0) & (shares.sum(axis=0) <= 1.0)
     return np.asarray(inside)
 

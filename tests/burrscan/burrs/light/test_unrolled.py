@@ -36,10 +36,10 @@ def inside(points: Floats, axis: Axis, profile: Floats, slack: float) -> Bools:
     """Whether points (..., 3) lie within the solid wheel, deeper than ``slack``."""
     local = points - axis.point_mm
     z = local @ axis.direction
-    r = np.linalg.norm(local - z[..., None] * axis.direction, axis=-1)
+    square = np.einsum("...i,...i->...", local, local) - z * z
     within = np.zeros(z.shape, bool)
     for (z0, r0), (z1, _) in pairwise(profile):
-        within |= (z > z0 + slack) & (z < z1 - slack) & (r < r0 - slack)
+        within |= (z > z0 + slack) & (z < z1 - slack) & (square < (r0 - slack) ** 2)
     return within
 
 
