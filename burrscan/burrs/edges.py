@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -65,12 +66,16 @@ def on_edge(
 
 
 def _hidden(field: Field, on: Ints, step_mm: float, view: View) -> Bools:
-    """(M,) True where the wheel stands before the place that is so much further along a straight curve."""
+    """(M,) True where the wheel stands before what is up to two steps further along a straight curve.
+
+    One step is not enough where a wall leans over its root, so that both are seen beside the root.
+    """
     z, r = field.normal[on].T
-    beyond = turned(field.foot[on] + step_mm * np.stack([r, -z], axis=1), field.angle[on])
+    along = step_mm * np.stack([r, -z], axis=1)
+    beyond = [turned(field.foot[on] + steps * along, field.angle[on]) for steps in (1.0, 2.0)]
     hidden = np.zeros(len(on), bool)
-    for at in view.at_mm:
-        ray = beyond - at
+    for place, at in product(beyond, view.at_mm):
+        ray = place - at
         met, _ = first_met(view.line, np.broadcast_to(at, ray.shape), ray, beyond_mm=0.0)
         hidden |= (1.0 - met) * np.linalg.norm(ray, axis=1) > abs(step_mm)
     return hidden
