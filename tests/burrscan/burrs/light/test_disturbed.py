@@ -117,6 +117,16 @@ def test_a_few_holes_do_not_make_a_nick_a_burr_but_many_do() -> None:
     assert sides == [-1, 1]
 
 
+@pytest.mark.parametrize(("low_mm", "places"), [(3.0, 0), (-15.0, 1)])
+def test_a_small_hole_in_what_is_a_little_dark_is_none(low_mm: float, places: int) -> None:
+    """9 mm by 3 mm are 36 cells, 27 by 3 are 109; light is the only witness."""
+    scene = Scene()
+    cells = scene.band(20.0, 3.0, low_mm, 12.0)
+    scene.log_light[cells] -= 0.6
+    scene.lost |= cells
+    assert len(found(scene)[1]) == places
+
+
 def test_two_lines_are_two_places_the_larger_first() -> None:
     scene = Scene()
     dark_line(scene, at=(20.0, 10.0, 25.0))
