@@ -29,7 +29,7 @@ _LEAST_CONTRAST = 0.12
 """Least excess of the logarithm of the light: what finishes vary by from place to place."""
 _LONE_CONTRAST, _LONE_EVIDENCE = 0.5, 4.0
 """Least median excess of a place with hardly any depth, where light alone must tell: a factor 1.6; and that
-times the root of its cells. Of 180 random wheels two had a call below it, holes of 32 and 35 cells in the dark
+times the root of its cells. Of 180 wheels two had a call below it, holes of 32 and 35 cells in the dark
 with 3.4 and 3.7; a curl had 10."""
 _DEPTH_Z = 6.0
 """Robust standard deviations, of cells looked at alike, by which the depth is off: beyond what noise shows on
