@@ -93,7 +93,8 @@ def fit_generatrix(
     stated = _stated(sigma_mm)
     fit, foot = exact(join(turned), fitted, scale, stated_mm=stated)
     sigma = curve_sigma_mm(fit, foot, fitted.angle, scale.arc, stated)
-    return _described(fit.line, sigma, band_mm(fit.line, feet_near(data, fit.line, scale)[0]))
+    all_feet = foot if fitted is data else feet_near(data, fit.line, scale)[0]
+    return _described(fit.line, sigma, band_mm(fit.line, all_feet))
 
 
 class _Traced(NamedTuple):
@@ -127,7 +128,8 @@ def _chained(data: Profile, scale: Scale, looks: Looks | None) -> _Traced:
     chains = join(pieces)
     foot = _feet(chains, cells, side, reach_mm=reach_from(chains, scale), overshoot_mm=0.0)
     stray = ~covered & foot.valid & (np.abs(foot.distance_mm) > _STRAY * side)
-    return _Traced(data, without(data, cells, stray, scale, side_mm=side), cells, pieces)
+    fitted = without(data, cells, stray, scale, side_mm=side) if stray.any() else data
+    return _Traced(data, fitted, cells, pieces)
 
 
 def _share(pieces: list[Floats], cells: Cells, side: float) -> float:
