@@ -185,7 +185,9 @@ def disturbed(
     measured, deviation = _depth(sight, axis, generatrix, surface)
     depths = np.where(measured & surface.open, deviation, np.nan)
     calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER)
-    calm = np.where(rest < 0.0, np.maximum(calm, _stated(sight, surface)), calm)
+    # noise grows by no more than light falls; what is stated beyond that is light between surfaces
+    dimmer = np.exp(np.maximum(np.nan_to_num(-rest), 0.0))
+    calm = np.maximum(calm, np.minimum(_stated(sight, surface), calm * dimmer))
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm)
     hole = ~measured & _measurable(predicted, measured, surface.open)
     # the dark sectors of an end face are noisy, and a parallel crosses them all
@@ -243,8 +245,7 @@ def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) 
 def _stated(sight: Sight, surface: Unrolled) -> Floats:
     """What the scan states that the cells' depths err by, along the normal: in a dark stain they are noise.
 
-    No less than that: a cell faces the camera by ``facing`` or more. Of what is bright it states what light
-    between surfaces may move, and burrs are what sends such light.
+    No less than that: a cell faces the camera by ``facing`` or more.
     """
     return surface.facing * surface.sampled(np.nan_to_num(sight.sigma_mm.astype(float)), order=0)
 
