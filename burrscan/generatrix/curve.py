@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from burrscan.arrays import Floats, Ints32
 from burrscan.axis.basis import T_part_mesh
@@ -15,16 +16,7 @@ from burrscan.generatrix.exact import exact, feet_near, reach_from
 from burrscan.generatrix.polyline import Foot, Polyline, candidates, feet, join
 from burrscan.generatrix.profile import Profile, along_long_edges, profile_of
 from burrscan.generatrix.refine import smooth_tangents, step
-from burrscan.generatrix.tracing.cells import (
-    Cells,
-    Looks,
-    Scale,
-    all_round,
-    cells_of,
-    scale_of,
-    trusted,
-    without,
-)
+from burrscan.generatrix.tracing.cells import Cells, Looks, Scale, cells_of, scale_of, trusted, without
 from burrscan.generatrix.tracing.ends import extended, trimmed
 from burrscan.generatrix.tracing.meets import met
 from burrscan.generatrix.tracing.outside import looks_of, oriented
@@ -37,9 +29,12 @@ _SUBCELLS = 4
 """Small cells per cell, which stand for the data in the first steps."""
 _MOST_DATA = 0.75
 """Share of the vertices that chains of their cells hold, unless the mesh is a drawing with long edges."""
-
 _STRAY = 0.5
-"""How far off the chains what does not go round is no tail of their noise, in cells: three sigma and more."""
+"""How far off the chains what covers little of the arc is no tail of their noise, in cells: three sigma and
+more."""
+_OUTVOTES, _AROUND = 0.5, 7
+"""Data off the chains over those along them, in a cell and its neighbours, from which robust weights, which fail
+at one, are not relied on; and the cells around in which all of that is left out, as a burr's base spans."""
 
 
 def fit_generatrix(
@@ -115,19 +110,24 @@ def _traced(profile: Profile, faces: Ints32, scale: Scale, looks: Looks | None) 
 
 
 def _chained(data: Profile, scale: Scale, looks: Looks | None) -> _Traced:
-    """What stands off the chains and does not go round is not fitted, though it may be most of what is seen.
+    """What stands off the chains over little of the arc is not fitted where it would outvote them.
 
-    Such is a burr on the rim of a cylinder that is looked at from its end. Past a chain nobody knows.
+    So does a burr on the rim of a cylinder that is looked at from its end. Past a chain nobody knows.
     """
     side = scale.cell_mm
     cells = cells_of(data, scale, side_mm=side, looks=looks)
-    covered = all_round(cells, scale, side_mm=side)
-    pieces = trace(trusted(cells, covered), side_mm=side)
+    pieces = trace(trusted(cells, scale, side_mm=side), side_mm=side)
     if not pieces:
         return _Traced(data, data, cells, pieces)
     chains = join(pieces)
     foot = _feet(chains, cells, side, reach_mm=reach_from(chains, scale), overshoot_mm=0.0)
-    stray = ~covered & foot.valid & (np.abs(foot.distance_mm) > _STRAY * side)
+    stray = cells.rare & foot.valid & (np.abs(foot.distance_mm) > _STRAY * side)
+    off, along = (
+        np.convolve(np.bincount(foot.segment[one], cells.count[one], len(chains.starts)), np.ones(3), "same")
+        for one in (stray, foot.valid & ~stray)
+    )
+    outvoted = binary_dilation(off > _OUTVOTES * along, np.ones(_AROUND, bool))
+    stray[stray] = outvoted[foot.segment[stray]]
     fitted = without(data, cells, stray, scale, side_mm=side) if stray.any() else data
     return _Traced(data, fitted, cells, pieces)
 

@@ -136,6 +136,12 @@ class Cells:
         """(N,) share of the arc over which each holds data, 0 to 1."""
         return np.asarray(self.seen.mean(axis=1))
 
+    @property
+    def rare(self) -> Bools:
+        """(N,) True for those that cover too little of the arc for a surface of revolution: burrs, bars."""
+        coverage = self.coverage
+        return np.asarray(coverage < _LEAST_COVERAGE * coverage.max(initial=0.0))
+
 
 def arc_of(angle: Floats) -> tuple[float, float]:
     """Start and extent (radians) of the shortest arc that holds all angles, to half a degree. O(V)."""
@@ -305,15 +311,6 @@ def opposed(facing: Floats, i: int, j: int) -> bool:
     return bool(facing[i, 0] * facing[j, 0] + facing[i, 1] * facing[j, 1] < _OPPOSED)
 
 
-def all_round(cells: Cells, scale: Scale, *, side_mm: float) -> Bools:
-    """(N,) True for the cells whose data go round, as a surface of revolution's do. O(cells)."""
-    reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
-    covered: Bools = _covered(
-        cells.place, cells.index, cells.coverage, cells.seen, cells.finely, cells.count, reach, cells.facing
-    )
-    return covered
-
-
 def without(profile: Profile, cells: Cells, dropped: Bools, scale: Scale, *, side_mm: float) -> Profile:
     """The data but for those in some of the cells, (N,), that they were sorted into. O(V)."""
     flat = _in_cells(profile.z_mm, profile.r_mm, scale.low_mm, scale.high_mm, side_mm)[0]
@@ -321,10 +318,14 @@ def without(profile: Profile, cells: Cells, dropped: Bools, scale: Scale, *, sid
     return Profile(profile.z_mm[kept], profile.r_mm[kept], profile.angle[kept])
 
 
-def trusted(cells: Cells, covered: Bools) -> Cells:
-    """Only the cells that belong to the surface of revolution, of those that go round. O(cells)."""
+def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
+    """Only the cells that belong to the surface of revolution. O(cells)."""
+    reach = int(np.ceil(_ANOMALY * scale.high_mm[1] / side_mm))
     keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
-    keep &= covered & (cells.count >= _sparse(cells.count))
+    keep &= cells.count >= _sparse(cells.count)
+    keep &= _covered(
+        cells.place, cells.index, cells.coverage, cells.seen, cells.finely, cells.count, reach, cells.facing
+    )
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
     return Cells(
