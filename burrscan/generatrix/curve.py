@@ -33,8 +33,8 @@ _STRAY = 0.5
 """How far off the chains what covers little of the arc is no tail of their noise, in cells: three sigma and
 more."""
 _OUTVOTES, _AROUND = 0.5, 7
-"""Data off the chains over those along them, in a cell and its neighbours, from which robust weights, failing at
-one, are not relied on; and the cells around in which all of that is left out, as a burr's base spans."""
+"""Data off the chains over those along them, in a cell and its neighbours, from which robust weights, which
+fail at one, are not relied on; and the cells around in which all of that is left out, as a burr spans."""
 
 
 def fit_generatrix(
