@@ -208,7 +208,7 @@ STEPS: tuple[Step, ...] = (
         {"burrscan.generatrix.curve:trimmed": _whole_pieces},
     ),
     Step(
-        "what does not go round is no curve",
+        "what would outvote the curve is not fitted",
         "generatrix",
         {"burrscan.generatrix.curve:without": lambda data, *_, **__: data},
     ),

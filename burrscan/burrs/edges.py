@@ -56,12 +56,13 @@ def on_edge(
     high = max(float(np.quantile(field.deviation_mm[on], _HIGH)), within_mm)
     near = np.flatnonzero(np.abs(field.along_mm - np.median(along)) < np.ptp(along) + 2.0 * high)
     before, after = normals_at(field, near, along - high, along + high)
-    turned = (before * after).sum(axis=1) < SHARP
+    sharp = (before * after).sum(axis=1) < SHARP
     convex = before[:, 0] * after[:, 1] < before[:, 1] * after[:, 0]
-    edge = turned & convex
+    edge = sharp & convex
     if ends_in is not None:
         for step_mm in (-high, high):
-            edge |= at_end(field, along + step_mm) & ~_hidden(field, on, step_mm, ends_in)
+            ends = at_end(field, along + step_mm)
+            edge[ends] |= ~_hidden(field, on[ends], step_mm, ends_in)
     return bool(np.count_nonzero(edge) > _MOST * len(on))
 
 

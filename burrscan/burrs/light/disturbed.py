@@ -213,6 +213,7 @@ def disturbed(
 
 
 def _by_light_alone(place: Place) -> bool:
+    """Whether light tells of a place with hardly any depth: strong light of a few cells, or faint of many."""
     evidence = place.contrast * float(np.sqrt(np.count_nonzero(place.cells)))
     return place.contrast >= _LONE_CONTRAST and evidence >= _LONE_EVIDENCE
 

@@ -324,7 +324,15 @@ def trusted(cells: Cells, scale: Scale, *, side_mm: float) -> Cells:
     keep = _ridge(cells.place, cells.index, cells.count, cells.facing)
     keep &= cells.count >= _sparse(cells.count)
     keep &= _covered(
-        cells.place, cells.index, cells.coverage, cells.seen, cells.finely, cells.count, reach, cells.facing
+        cells.place,
+        cells.index,
+        cells.coverage,
+        cells.rare,
+        cells.seen,
+        cells.finely,
+        cells.count,
+        reach,
+        cells.facing,
     )
     number = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
     index = np.where(cells.index >= 0, number[cells.index], -1).astype(np.int32)
@@ -371,6 +379,7 @@ def _covered(
     place: Ints,
     index: Ints32,
     coverage: Floats,
+    rare: Bools,
     seen: Bools,
     finely: Bools,
     count: Floats,
@@ -389,7 +398,7 @@ def _covered(
     share = np.array([one.sum() for one in finely]) / (ARC_BINS * _FINE)
     spread = np.array([_spread(finely[i], count[i]) for i in range(len(finely))])
     for i in range(len(place)):
-        keep[i] = coverage[i] >= _LEAST_COVERAGE * most
+        keep[i] = not rare[i]
         if not keep[i] or coverage[i] > 0.5 * most:
             continue
         for row in range(max(place[i, 0] - reach, 0), min(place[i, 0] + reach + 1, index.shape[0])):

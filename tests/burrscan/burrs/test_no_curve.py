@@ -30,7 +30,7 @@ EDGES = (
     ("spokes", 97001),
     ("spokes", 97074),
 )
-NO_NICKS = (("treads", 30005), ("treads", 30022))
+NO_NICKS = (("treads", 30005), ("treads", 30022), ("handles", 30099))
 """Shoulders where vertices on either side of an edge lie scattered between two surfaces."""
 
 

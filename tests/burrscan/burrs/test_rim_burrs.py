@@ -323,8 +323,8 @@ def of_a_scan(seen: Seen, up_rad: float) -> int:
     return len(depth_calls(seen, from_mm=1000.0 * np.array([np.cos(up_rad), 0.0, np.sin(up_rad)])))
 
 
-def never(*_: object, **__: object) -> Bools:
-    return np.zeros(1, np.bool_)
+def never(_: object, along_mm: Floats) -> Bools:
+    return np.zeros(len(along_mm), np.bool_)
 
 
 @pytest.mark.study
