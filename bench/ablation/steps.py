@@ -283,7 +283,7 @@ STEPS: tuple[Step, ...] = (
         "burrs",
         {f"{_DISTURBED}:cell_sigma": _by_rows},
     ),
-    Step("noise that the scan states of a depth", "burrs", {f"{_DISTURBED}:_stated": lambda *_: 0.0}),
+    Step("depths that are noise are none", "burrs", {f"{_DISTURBED}:depths_are_noise": lambda *_: False}),
     Step(
         "ends that the wheel hides are no edges",
         "burrs",

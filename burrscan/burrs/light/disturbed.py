@@ -16,6 +16,7 @@ from burrscan.burrs.light.aside import MOST, aside, stand
 from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
 from burrscan.burrs.light.lines import lines
+from burrscan.burrs.light.noisy import depths_are_noise
 from burrscan.burrs.light.row_sigma import cell_sigma
 from burrscan.burrs.light.side import Looks, Told, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
@@ -185,9 +186,6 @@ def disturbed(
     measured, deviation = _depth(sight, axis, generatrix, surface)
     depths = np.where(measured & surface.open, deviation, np.nan)
     calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER)
-    # noise grows by no more than light falls; what is stated beyond that is light between surfaces
-    dimmer = np.exp(np.maximum(np.nan_to_num(-rest), 0.0))
-    calm = np.maximum(calm, np.minimum(_stated(sight, surface), calm * dimmer))
     off = measured & (np.abs(deviation) > _DEPTH_Z * calm)
     hole = ~measured & _measurable(predicted, measured, surface.open)
     # the dark sectors of an end face are noisy, and a parallel crosses them all
@@ -199,10 +197,12 @@ def disturbed(
     thin = lines(rest, strange, np.where(measured, deviation / calm, np.nan), surface.open, taken)
     found += _places(both | thin, thin, surface.open)
     looks = Looks(brightness, predicted, np.where(measured, deviation, np.nan))
+    stated, pixel = _stated(sight, surface), np.rint(surface.pixel).astype(np.int64)
     places = [
         _place(cells, hole, deviation, rest)
         for cells in found
-        if scratches or not _scratched(cells, looks, surface)
+        if not depths_are_noise(cells, looks.deviation_mm, stated, pixel)
+        and (scratches or not _scratched(cells, looks, surface))
     ]
     told = [
         _told(one, looks, surface, widest_mm=widest_mm)
@@ -244,7 +244,7 @@ def _depth(sight: Sight, axis: Axis, generatrix: Generatrix, surface: Unrolled) 
 
 
 def _stated(sight: Sight, surface: Unrolled) -> Floats:
-    """What the scan states that the cells' depths err by, along the normal: in a dark stain they are noise.
+    """What the scan states that the cells' depths err by, along the normal.
 
     No less than that: a cell faces the camera by ``facing`` or more.
     """
