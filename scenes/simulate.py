@@ -152,6 +152,7 @@ def _light(
         mi.__version__,
         mi.variant(),
         *([] if band == "mono" else [band]),
+        *(["lenses by nets"] if optics.camera_aperture_mm or optics.projector_aperture_mm else []),
         *(["on its side"] if runs_along_columns(scene.rig.rig()) else []),
         *map(dataclasses.asdict, milled),
     )

@@ -1,9 +1,10 @@
-"""Where the samples of a pixel's footprint go.
+"""Where the samples of a pixel's footprint go, and of the lenses through which it is seen and lit.
 
 Independent samples would let the mean of a footprint wander by ``1 / sqrt(12 n)`` pixels (0.07 at 16
-samples), more than the accuracy that is to be measured. Here every set is half of an Owen-scrambled (0, m,
-2)-net and its mirror image through the pixel's centre: each point is still uniform on the pixel, so every
-integral stays unbiased, but the mean of a set is the centre exactly.
+samples), and that of a blur circle by a quarter of its width over ``sqrt(n)`` (0.3 pixels where it is five
+wide): more than the accuracy that is to be measured. Here every set is half of an Owen-scrambled Sobol net
+and its mirror image through the centre: each point is still uniform, so every integral stays unbiased, but
+the mean of a set is the centre exactly.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from burrscan.errors import InputError
 
 
 @lru_cache(maxsize=64)  # scipy takes longer to set up hundreds of nets than to draw their points
-def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
-    """Sets of mirrored net points on the unit pixel, (sets, samples, 2), read-only. O(sets × samples).
+def sample_sets(*, sets: int, samples: int, seed: int, dimensions: int = 2) -> Floats32:
+    """Sets of mirrored net points on the unit cube, (sets, samples, dimensions), read-only.
+
+    O(sets × samples).
 
     Parameters
     ----------
@@ -28,6 +31,8 @@ def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
         Points per set, an even power of two times one: 2, 4, 8, 16, ...
     seed
         Of the scrambling.
+    dimensions
+        Two for a pixel, and two more for each lens.
 
     Raises
     ------
@@ -40,7 +45,9 @@ def sample_sets(*, sets: int, samples: int, seed: int) -> Floats32:
     from scipy.stats import qmc  # noqa: PLC0415 (a third of a second)
 
     rng = np.random.default_rng(seed)
-    halves = np.stack([qmc.Sobol(2, scramble=True, rng=rng).random(samples // 2) for _ in range(sets)])
+    halves = np.stack(
+        [qmc.Sobol(dimensions, scramble=True, rng=rng).random(samples // 2) for _ in range(sets)]
+    )
     points = np.concatenate([halves, 1.0 - halves], axis=1).astype(np.float32)
     points.flags.writeable = False
     return points

@@ -17,8 +17,10 @@ from scenes.transport.turn import Guided, turned
 PASS_SAMPLES = 1 << 21
 """Paths traced together: bounds the memory of a pass at a few hundred megabytes."""
 
-_CAMERA_LENS, _PROJECTOR_LENS, _FIRST_TURN = 0, 2, 4
-"""The first kinds of random numbers of either lens, two each, and of the first turn."""
+CAMERA_LENS = 0
+"""The first kind of random number, of two, of the camera's lens."""
+_FIRST_TURN = 4
+"""The first kind of random number of the first turn."""
 _NUMBERS_A_TURN = 7
 """Kinds of random numbers (:class:`Chance`): the lenses at the first surface, then at every turn its choice
 and direction, the projector's lens, and the place within a projector pixel's blur."""
@@ -64,10 +66,12 @@ class Bounced(NamedTuple):
 
 
 def first_surface(
-    mi: Any, scene: Any, optics: Optics, column: Any, row: Any, chance: Chance, *, paths_each: int = 1
+    mi: Any, scene: Any, optics: Optics, column: Any, row: Any, lens: Any, *, paths_each: int = 1
 ) -> Any:
-    """What the camera sees at pixel coordinates: a surface interaction, for ``paths_each`` paths in a row."""
-    lens = on_lens(mi, optics.camera_aperture_mm, chance, _CAMERA_LENS)
+    """What the camera sees at pixel coordinates: a surface interaction, for ``paths_each`` paths in a row.
+
+    ``lens`` is where the rays pass it, see :func:`on_lens`.
+    """
     ray = camera_rays(mi, optics, column, row, lens)
     hit = scene.ray_intersect_preliminary(ray, coherent=True)
     if paths_each == 1:
@@ -76,9 +80,8 @@ def first_surface(
     return _surface(mi, ray, hit, dr.arange(mi.UInt32, dr.width(column) * paths_each) // paths_each)
 
 
-def direct_light(mi: Any, scene: Any, optics: Optics, si: Any, chance: Chance) -> Lit:
-    """Light of the projector at the first surface."""
-    lens = on_lens(mi, optics.projector_aperture_mm, chance, _PROJECTOR_LENS)
+def direct_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any) -> Lit:
+    """Light of the projector, through places ``lens`` of its own, at the first surface."""
     return projected_light(mi, scene, optics, si, lens, si.is_valid())
 
 
@@ -135,7 +138,7 @@ def later_surfaces(
         throughput = dr.gather(mi.Float, throughput, kept)
         si = _surface(mi, ray, hit, kept)
         went = [dr.gather(mi.Vector3f, one, kept) for one in [*went, ray.d]]
-        lens = on_lens(mi, optics.projector_aperture_mm, chance, kind + 3)
+        lens = on_lens(mi, optics.projector_aperture_mm, chance.two(mi, kind + 3))
         lit = projected_light(mi, scene, optics, si, lens, si.is_valid())
         pixel, weight = _one_pixel(mi, optics, lit, throughput, chance.two(mi, kind + 5))
         arrivals.append(Arrival(path, pixel, weight, went))
@@ -148,9 +151,12 @@ def _surface(mi: Any, ray: Any, hit: Any, kept: Any) -> Any:
     return dr.gather(mi.PreliminaryIntersection3f, hit, kept).compute_surface_interaction(ray)
 
 
-def on_lens(mi: Any, aperture_mm: float, chance: Chance, kind: int) -> Any:
-    """A point on the unit disc, or nothing for a pinhole."""
-    return mi.warp.square_to_uniform_disk(chance.two(mi, kind)) if aperture_mm else None
+def on_lens(mi: Any, aperture_mm: float, square: Any) -> Any:
+    """The point on the unit disc that one on the unit square becomes, or nothing for a pinhole.
+
+    Concentric (Shirley & Chiu 1997): what mirrors the square through its centre mirrors the disc.
+    """
+    return mi.warp.square_to_uniform_disk_concentric(square) if aperture_mm else None
 
 
 def _with_light(mi: Any, all_of_them: Arrival) -> Arrival:

@@ -14,7 +14,15 @@ from scenes.transport.chance import Chance
 from scenes.transport.guide import Guide, guide_of
 from scenes.transport.neighbours import WINDOW, summed
 from scenes.transport.optics import Optics
-from scenes.transport.paths import PASS_SAMPLES, Arrival, choice_kind, first_surface, later_surfaces
+from scenes.transport.paths import (
+    CAMERA_LENS,
+    PASS_SAMPLES,
+    Arrival,
+    choice_kind,
+    first_surface,
+    later_surfaces,
+    on_lens,
+)
 from scenes.transport.sobol import DIMENSIONS, point, reversed_points
 from scenes.transport.turn import Guided
 
@@ -200,7 +208,8 @@ class _Refined:
         # of a net's points the first ones, so that they are a net, too
         column, row = self._point(leading, range(2 * _TURNS, DIMENSIONS), share=_PATHS_A_HIT)
         place = mi.Float(pixel % width) + column - 0.5, mi.Float(pixel // width) + row - 0.5
-        si = first_surface(mi, scene, optics, *place, self._chance(leading), paths_each=_PATHS_A_HIT)
+        lens = on_lens(mi, optics.camera_aperture_mm, self._chance(leading).two(mi, CAMERA_LENS))
+        si = first_surface(mi, scene, optics, *place, lens, paths_each=_PATHS_A_HIT)
         every = self._chance(dr.arange(mi.UInt32, self._paths))
         return later_surfaces(mi, scene, optics, si, every, bounces, paths=self).arrivals
 

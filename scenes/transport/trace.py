@@ -72,15 +72,17 @@ def trace(
         raise InputError(f"most paths per pixel must be a power of two, such as 512 or 1024, not {most}")
     view = optics.rig.camera
     seen = may_see(mi, scene, optics)
-    first = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)
-    direct = scattered([(one.pixels, one.direct) for one in first], seen.size)
+    first, lit = pilots(mi, scene, optics, seen=seen, samples=samples, bounces=bounces, seed=seed)
+    direct = scattered([(one.pixels, one.rows) for one in lit], seen.size)
     bounced = [(one.pixels, one.bounced) for one in first]
     centres = np.full((3, *view.shape), np.nan, np.float32)
     ambient = np.zeros(view.shape, np.float32)
+    for part in lit:
+        _flat(centres)[:, part.pixels] = part.centres
     for some in first:
-        _flat(centres)[:, some.pixels], _flat(ambient)[some.pixels] = some.centres, some.ambient
+        _flat(ambient)[some.pixels] = some.ambient
     pilot_parts = len(first)
-    del first  # its rows are in ``direct``
+    del first, lit  # its rows are in ``direct``
     refined = np.zeros(view.shape, np.int64)
     stripes = stripe_table(optics.rig.projector.width)
     direct_light = direct.product(stripes).reshape(3, *view.shape).astype(float)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import special
 
 from burrscan.arrays import Floats, Floats32
 from burrscan.calibration.board import Board
@@ -96,6 +97,34 @@ def test_a_projector_out_of_focus_blurs_as_a_thin_lens(
     profile = pixel_px**2 / 12.0  # full pixels add up to a sharp step; the lens's box of one pixel blurs it
     found = spread_px2(relit(blurred, half))
     assert found == pytest.approx(BOX_PX2 + profile + circle_px**2 / 16.0, rel=0.06, abs=0.1)
+
+
+@pytest.mark.parametrize("lens", ["projector", "camera"])
+def test_every_single_pixel_is_blurred_as_its_neighbours_are(mi: Any, optics: Optics, lens: str) -> None:
+    """Columns and modulation of stripes of 6.5 px, pixel by pixel, not on the average over any.
+
+    Sixteen places on the lens at random move columns by 0.2 px from pixel to pixel, and modulation by 15 %.
+    """
+    assert mi
+    blurred = replace(optics, **{f"{lens}_aperture_mm": 25.0, f"{lens}_focus_mm": 500.0})
+    projector, step = blurred.rig.projector, 0.5  # of a camera's pixel, in projector pixels
+    circle_px = projector.fx / Z_MM * 25.0 * abs(1.0 - Z_MM / 500.0)
+    spec, pose = plane()
+    light = board_light(spec, pose, blurred, samples=16)
+    inside = (slice(8, -8), slice(20, -20))
+    column = light.u_px[inside].astype(float)
+    assert np.diff(column, axis=1).mean() == pytest.approx(step, rel=1e-3)
+    straight = column.mean() + step * (np.arange(column.shape[1]) - 0.5 * (column.shape[1] - 1))
+    assert np.std(column - straight) < 0.02
+    turn = 2.0 * np.pi * np.arange(projector.width) / 6.5
+    waves = [0.5 + 0.5 * np.cos(turn - 2.0 * np.pi * n / 3.0) for n in range(3)]
+    frames = np.stack([np.tile(wave, (projector.height, 1)) for wave in waves]).astype(np.float32)
+    seen = light.relight(frames)[(slice(None), *inside)].astype(float)
+    phasor = np.tensordot(np.exp(2j * np.pi * np.arange(3) / 3.0), seen, axes=1) * 2.0 / 3.0
+    kept = np.abs(phasor) / seen.mean(axis=0)
+    airy = special.jv(1, np.pi * circle_px / 6.5) / (0.5 * np.pi * circle_px / 6.5)
+    assert kept.mean() == pytest.approx(airy * np.sinc(step / 6.5) * np.sinc(1.0 / 6.5) ** 2, rel=0.02)
+    assert kept.std() < 0.03 * kept.mean()
 
 
 @pytest.mark.parametrize("aperture_mm", [0.0, 6.0, 12.0])

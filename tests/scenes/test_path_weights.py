@@ -64,7 +64,7 @@ def seen(mi: Any) -> Seen:
     rng, view = np.random.default_rng(0), optics.rig.camera
     column, row = (mi.Float(rng.uniform(0.3 * n, 0.7 * n, _PATHS)) for n in (view.width, view.height))
     chance = Chance(dr.arange(mi.UInt32, _PATHS), mi.UInt32(3))
-    return Seen(scene, optics, first_surface(mi, scene, optics, column, row, chance), chance)
+    return Seen(scene, optics, first_surface(mi, scene, optics, column, row, None), chance)
 
 
 def given(mi: Any, *, guided: bool) -> Given:

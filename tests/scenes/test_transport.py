@@ -36,10 +36,11 @@ def wheel() -> Wheel:
     return pulley()
 
 
-def test_sample_sets_are_centred_and_uniform() -> None:
-    sets = sample_sets(sets=512, samples=16, seed=3)
+@pytest.mark.parametrize("dimensions", [2, 6])
+def test_sample_sets_are_centred_and_uniform(dimensions: int) -> None:
+    sets = sample_sets(sets=512, samples=16, seed=3, dimensions=dimensions)
     assert np.abs(sets.mean(axis=1) - 0.5).max() < 1e-6
-    for axis in range(2):
+    for axis in range(dimensions):
         assert stats.kstest(sets[:, 0, axis], "uniform").pvalue > 1e-3
     with pytest.raises(InputError, match="power of two"):
         sample_sets(sets=1, samples=12, seed=0)
