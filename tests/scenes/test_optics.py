@@ -106,7 +106,10 @@ def test_every_single_pixel_is_blurred_as_its_neighbours_are(mi: Any, optics: Op
     Sixteen places on the lens at random move columns by 0.2 px from pixel to pixel, and modulation by 15 %.
     """
     assert mi
-    blurred = replace(optics, **{f"{lens}_aperture_mm": 25.0, f"{lens}_focus_mm": 500.0})
+    if lens == "projector":
+        blurred = replace(optics, projector_aperture_mm=25.0, projector_focus_mm=500.0)
+    else:
+        blurred = replace(optics, camera_aperture_mm=25.0, camera_focus_mm=500.0)
     projector, step = blurred.rig.projector, 0.5  # of a camera's pixel, in projector pixels
     circle_px = projector.fx / Z_MM * 25.0 * abs(1.0 - Z_MM / 500.0)
     spec, pose = plane()
