@@ -95,7 +95,7 @@ def test_fish_offers_no_file_for_a_number(here: Path) -> None:
     assert run.stdout == ""
 
 
-@some_of(("typed", "offered", "other"), WORDS, first=3)
+@some_of(("typed", "offered", "other"), WORDS)
 def test_zsh_completes(typed: str, offered: str, other: str, here: Path) -> None:
     told = typed_into_zsh(shell("zsh"), here / "script.zsh", typed)
     assert re.split(r"\s+", told.strip())[-1] == offered

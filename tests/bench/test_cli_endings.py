@@ -18,6 +18,7 @@ from bench.cli import main, program
 from bench.run.directory import load_run, unfinished
 from burrscan.errors import InputError
 from tests.bench.compare_runs import written_run
+from tests.tiers import some_of
 
 _CALL = "import sys; from bench.cli import main; sys.exit(main())"
 
@@ -60,7 +61,7 @@ def test_a_full_disk_behind_standard_output_is_told() -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-@pytest.mark.parametrize("after_s", [0.15, 0.4, 0.9])
+@some_of("after_s", [0.15, 0.4, 0.9], first=2)
 def test_a_signal_at_any_moment_ends_it_without_code(number: int, code: int, after_s: float) -> None:
     # what it reads never comes: it is still at work whenever the signal does
     wait = f"import sys, time; from bench.cli import main, program; print('up', flush=True)\n{_LATE}"

@@ -15,6 +15,7 @@ from burrscan.errors import InputError
 from burrscan.generatrix.covariance import _between
 from burrscan.meshio import read_mesh
 from burrscan.pose import rigid
+from tests.tiers import some_of
 
 SCAN = scanned(MeshSpec(around=120, along=40), identity=(1,))
 
@@ -42,7 +43,7 @@ def test_a_comment_in_latin_1_is_no_obstacle(name: str, tmp_path: Path) -> None:
     assert len(read_mesh(path).faces) == 12
 
 
-@pytest.mark.parametrize("far", [1e3, -99999.0, 1e30, 1e200])
+@some_of("far", [-99999.0, 1e200, 1e3, 1e30], first=2)
 def test_one_vertex_anywhere_does_nothing(far: float) -> None:
     before = inspect_mesh(SCAN.vertices_mm, SCAN.faces).axis
     vertices = SCAN.vertices_mm.copy()

@@ -12,7 +12,7 @@ from tests.tiers import some_of
 
 
 @pytest.mark.parametrize("sections", [24, 200])
-@some_of("name", ["stepped_wheel", "flanged_hub", "cylinder", "cone"], first=3)
+@some_of("name", ["stepped_wheel", "cylinder", "flanged_hub", "cone"], first=2)
 def test_a_drawing_s_axis_is_found_and_determined(name: str, sections: int) -> None:
     outline = profile_of(name)[:, ::-1]
     closed = np.vstack([[0.0, outline[0, 1]], outline, [0.0, outline[-1, 1]]])

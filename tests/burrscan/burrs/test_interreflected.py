@@ -12,6 +12,7 @@ from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Generatrix
 from burrscan.triangulation import camera_rays
 from tests.burrscan.burrs.light.scene import HALF_LENGTH_MM, Scene, burrs_of
+from tests.tiers import some_of
 
 FROM_ABOVE = (0.0, 0.87, 0.5)
 """The axis points down and away from the camera, which looks on the flange at its lower end."""
@@ -111,7 +112,7 @@ def test_half_of_the_points_are_not_most_of_them(*, in_the_corner: bool) -> None
     assert is_interreflected(points[:-20], scene.axis, line, scene.rig)
 
 
-@pytest.mark.parametrize("several", [False, True])
+@some_of("several", [False, True])
 def test_an_image_of_the_flange_is_not_called(monkeypatch: pytest.MonkeyPatch, *, several: bool) -> None:
     scene = corner()
     own, mirrored = columns(scene)

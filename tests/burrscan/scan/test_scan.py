@@ -15,6 +15,7 @@ from burrscan.scan.exposure import best_exposure_ms, bracket, ladder_ms, sine_si
 from burrscan.scan.rivals.fixed import scan_fixed
 from burrscan.variants import resolve
 from tests.burrscan.instrument import Instrument, small_rig
+from tests.tiers import some_of
 
 NAMES = sorted(set(METHODS) - {"colour"})  # which wants three channels: test_colour.py
 
@@ -58,7 +59,7 @@ def _outcome(name: str, indirect: float) -> Outcome:
     return Outcome(scan, instrument, error, (sigma <= 0.5) & np.isfinite(instrument.truth_u))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@some_of("name", [*sorted(set(NAMES) - {"single_shot"}), "single_shot"], first=len(NAMES) - 1)
 def test_frames_are_counted(name: str) -> None:
     found = outcome(name)
     assert found.scan.frames == found.instrument.frames <= 60

@@ -82,7 +82,7 @@ def rig(request: pytest.FixtureRequest) -> Rig:
     return Rig(request.param)
 
 
-@some_of("height", HEIGHTS, first=2)
+@some_of("height", HEIGHTS)
 def test_what_is_lit_directly_shows_its_own_depth_and_shadows_are_dark(rig: Rig, height: float) -> None:
     burr = shaped(RADIUS, 0.0, WIDTH, height)
     dark = 0
