@@ -16,6 +16,7 @@ from burrscan.linear import linear
 from burrscan.scan.exposure import Response, bracket, even
 from burrscan.scan.fill_columns import fill_columns
 from burrscan.scan.intensity import intensities
+from burrscan.scan.lens import lens_of
 from burrscan.scan.matching.matched import LEAST_FREQUENCIES, Reading
 from burrscan.scan.plan import plan_exposures_ms
 from burrscan.scan.rounds import look, settled
@@ -95,8 +96,9 @@ def scan_adaptive(
     last = look(scanner, final_code, exposure_ms=final_ms, response=response, intensity=intensity)
     white = scanner.capture(even(scanner, levels=(255,)), final_ms)[0]
     belief = believed(first.reading, last.reading, max_sigma_px=max_sigma_px)
+    lens = lens_of(last.reading, last.images, last.code, rig=scanner.rig)
     crude, final = (
-        settled(one, pixels, scanner, radiance=response.radiance)
+        settled(one, pixels, scanner, radiance=response.radiance, lens=lens)
         for one, pixels in zip((first, last), belief, strict=True)
     )
     return Scan(

@@ -13,6 +13,7 @@ from numba import njit, prange
 
 from burrscan.arrays import Floats, Floats32, Levels
 from burrscan.devices import ProjectorSheet
+from burrscan.scan.lens import blurred
 from burrscan.scan.matching.phasors import turns_of
 from burrscan.scan.stripes import Stripes
 from burrscan.scanner import Patterns
@@ -35,6 +36,7 @@ def light_bias_px(
     code: Stripes,
     *,
     sheet: ProjectorSheet,
+    circles_px: Floats32,
 ) -> Floats32:
     """Error (h, w) of the fused column that the projected frames cause, NaN where u or v is.
 
@@ -49,25 +51,26 @@ def light_bias_px(
         The levels as projected, and the sequence they stand for.
     sheet
         Gives each level's light.
+    circles_px
+        (h, w) diameters of the blur circles of a projector out of focus, 0 in focus. They are taken to the
+        next whole pixel.
 
     Notes
     -----
     The footprint is the camera pixel's square through the local slopes of u and v, sampled at 3×3 Gauss
     points, each interpolated between four projector pixels, on metal whose brightness changes exponentially.
     The column that even light would have been read at is the centre of that brightness: no bias.
-    O(pixels · frames · 36).
+    O(pixels · frames · 36), as often as there are circles.
 
     """
     levels = np.ascontiguousarray(np.moveaxis(shown.frames, 0, -1))
-    bias: Floats32 = _bias(
-        u_px,
-        v_px,
-        np.log(np.maximum(radiance, np.float32(1e-12))),
-        levels,
-        sheet.light.astype(np.float32),
-        2.0 * np.pi * code.per_column,
-        2.0 * np.pi * code.per_row,
-    )
+    log_gain = np.log(np.maximum(radiance, np.float32(1e-12)))
+    light, f, g = sheet.light.astype(np.float32), 2.0 * np.pi * code.per_column, 2.0 * np.pi * code.per_row
+    whole = np.rint(circles_px)
+    bias: Floats32 = _bias(u_px, v_px, log_gain, levels, light, f, g)
+    for circle in np.unique(whole[whole > 0.0]):
+        through = _bias(u_px, v_px, log_gain, *blurred(levels, light, circle_px=float(circle)), f, g)
+        bias = np.where(whole == circle, through, bias)
     return bias
 
 

@@ -10,6 +10,7 @@ from burrscan.arrays import Bools, Floats, Floats32, Image
 from burrscan.codes.code import patterns
 from burrscan.scan.exposure import Response
 from burrscan.scan.known_light import light_bias_px
+from burrscan.scan.lens import Lens, penumbra_sigma_px
 from burrscan.scan.matching.matched import Reading, read
 from burrscan.scan.stripes import Stripes
 from burrscan.scan.validity.interreflection_sigma import interreflection_sigma_px
@@ -46,19 +47,29 @@ def look(
     return Round(code, shown, images, reading)
 
 
-def settled(one: Round, believed: Bools, scanner: Scanner, *, radiance: Floats32) -> Reading:
+def settled(one: Round, believed: Bools, scanner: Scanner, *, radiance: Floats32, lens: Lens) -> Reading:
     """The round's reading at the pixels believed.
 
-    Mixed pixels are left out, the known light's bias is taken off, and what that leaves, and interreflected
-    light moves columns by, widens the sigmas. ``radiance`` (h, w) is what each pixel sees of white light.
+    Mixed pixels are left out, the known light's bias is taken off, and what that leaves, and a lens out of
+    focus and interreflected light move columns by, widens the sigmas. ``radiance`` (h, w) is what each pixel
+    sees of white light.
     """
     reading = one.reading.without(~believed)
     reading = reading.without(mixed_pixels(reading, one.images, one.code, camera=scanner.camera))
+    circles_px = lens.circles_px(reading.u_px, scanner.rig)
     bias_px = light_bias_px(
-        reading.u_px, reading.v_px, radiance, one.shown, one.code, sheet=scanner.projector
+        reading.u_px,
+        reading.v_px,
+        radiance,
+        one.shown,
+        one.code,
+        sheet=scanner.projector,
+        circles_px=circles_px,
     )
     u_px = reading.u_px - bias_px
     unsure = np.hypot(reading.sigma_u_px, left(radiance) * np.abs(bias_px))
+    if circles_px.any():
+        unsure = np.hypot(unsure, penumbra_sigma_px(radiance, circles_px=circles_px))
     moved = interreflection_sigma_px(u_px, unsure, reading.lost)
     return replace(reading, u_px=u_px, sigma_u_px=np.hypot(unsure, moved))
 
