@@ -22,6 +22,7 @@ from burrscan.burrs.noise.correlated_noise import Noise, noise_around
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge
 from burrscan.generatrix.polyline import Polyline
+from burrscan.scan.lens import Lens
 
 StageName = Literal["scan", "axis", "generatrix", "burrs"]
 
@@ -144,6 +145,7 @@ STEPS: tuple[Step, ...] = (
         {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
     ),
     Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
+    Step("lens of the projector found", "scan", {"burrscan.scan.adaptive:lens_of": lambda *_, **__: Lens()}),
     Step("what that leaves stated", "scan", {f"{_ROUNDS}:left": _no_correction}),
     Step("glints narrower than a pixel unsure", "scan", {"burrscan.footprint:_OFF_PEAK": 0.0}),
     Step(

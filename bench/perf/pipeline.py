@@ -27,7 +27,7 @@ from scenes.scene import scene_document, scene_from
 from scenes.simulate import simulate
 
 _STAGES = (
-    "bracket", "read", "mixed_pixels", "light_bias_px", "interreflection_sigma_px", "believed",
+    "bracket", "read", "lens_of", "mixed_pixels", "light_bias_px", "interreflection_sigma_px", "believed",
     "_fuse", "fuse",
 )  # fmt: skip
 _PLANNING = ("plan_exposures_ms", "fill_columns", "epipolar_v", "intensities", "patterns")

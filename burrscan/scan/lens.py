@@ -170,9 +170,9 @@ def penumbra_sigma_px(radiance: Floats32, *, circles_px: Floats32) -> Floats32:
 
     Notes
     -----
-    Of a disc cut by a straight edge that leaves a share φ, the middle lies 0.85 (1 - φ) radii off (within 8 %
-    from φ = 0.2 on). The share is what a pixel has of the brightest light within a few pixels; which way the
-    edge runs nobody asks. O(pixels).
+    Of a disc cut by a straight edge that leaves a share φ, the middle lies 0.85 (1 - φ) radii off (within 7 %
+    from φ = 0.1 to 0.9). The share is what a pixel has of the brightest light within a few pixels; which way
+    the edge runs nobody asks. O(pixels).
 
     """
     even = ndimage.gaussian_filter(np.nan_to_num(radiance), _SMOOTH_PX)

@@ -43,7 +43,10 @@ def look(instrument: Instrument, intensity: Floats | None = None, exposure_ms: f
     reading = reading.blanked(max_sigma_px=0.35)
     reading = reading.without(mixed_pixels(reading, images, CODE, camera=instrument.camera))
     gain = instrument.response.astype(np.float32)
-    bias = light_bias_px(reading.u_px, reading.v_px, gain, shown, CODE, sheet=instrument.projector)
+    sharp = np.zeros_like(gain)
+    bias = light_bias_px(
+        reading.u_px, reading.v_px, gain, shown, CODE, sheet=instrument.projector, circles_px=sharp
+    )
     return Reading(**{**vars(reading), "u_px": reading.u_px - bias})
 
 
