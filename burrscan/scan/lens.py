@@ -42,6 +42,9 @@ _SMOOTH_PX = 1.0
 """Noise of the radiance is taken off over about three pixels, as wide as a penumbra that matters."""
 _AROUND_PX = 4
 """Half the width of the square in which what is not hidden is looked for: half as wide as a wide penumbra."""
+_SHADOW = 0.25
+"""Share of the light beside it that a shadow has, by interreflection: lobes of metal hardly fall as far over as
+few pixels, and lens and light are all there."""
 _SHADING = 0.1
 """Share of the light by which surfaces darken over as far without any shadow, or by noise."""
 _OFF = 0.85
@@ -171,14 +174,16 @@ def penumbra_sigma_px(radiance: Floats32, *, circles_px: Floats32) -> Floats32:
     Notes
     -----
     Of a disc cut by a straight edge that leaves a share φ, the middle lies 0.85 (1 - φ) radii off (within 7 %
-    from φ = 0.1 to 0.9). The share is what a pixel has of the brightest light within a few pixels; which way
-    the edge runs nobody asks. O(pixels).
+    from φ = 0.1 to 0.9). The share is what a pixel has of the brightest light within a few pixels, where there
+    is a shadow within as few; which way the edge runs nobody asks. O(pixels).
 
     """
     even = ndimage.gaussian_filter(np.nan_to_num(radiance), _SMOOTH_PX)
-    brightest = ndimage.maximum_filter(even, 2 * _AROUND_PX + 1)
+    brightest, darkest = (
+        each(even, 2 * _AROUND_PX + 1) for each in (ndimage.maximum_filter, ndimage.minimum_filter)
+    )
     hidden = 1.0 - even / np.maximum(brightest, np.float32(1e-12))
-    beyond = np.maximum(hidden - _SHADING, 0.0)
+    beyond = np.where(darkest < _SHADOW * brightest, np.maximum(hidden - _SHADING, 0.0), 0.0)
     return np.asarray(0.5 * _OFF * circles_px * beyond, np.float32)
 
 
