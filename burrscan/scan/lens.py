@@ -43,8 +43,8 @@ _SMOOTH_PX = 1.0
 _AROUND_PX = 4
 """Half the width of the square in which what is not hidden is looked for: half as wide as a wide penumbra."""
 _SHADOW = 0.25
-"""Share of the light beside it that a shadow has, by interreflection: lobes of metal hardly fall as far over as
-few pixels, and lens and light are all there."""
+"""Share of the light beside it that a shadow has, by interreflection: lobes of metal hardly fall as far over
+as few pixels, and there the whole lens sends light."""
 _SHADING = 0.1
 """Share of the light by which surfaces darken over as far without any shadow, or by noise."""
 _OFF = 0.85
@@ -174,8 +174,8 @@ def penumbra_sigma_px(radiance: Floats32, *, circles_px: Floats32) -> Floats32:
     Notes
     -----
     Of a disc cut by a straight edge that leaves a share φ, the middle lies 0.85 (1 - φ) radii off (within 7 %
-    from φ = 0.1 to 0.9). The share is what a pixel has of the brightest light within a few pixels, where there
-    is a shadow within as few; which way the edge runs nobody asks. O(pixels).
+    from φ = 0.1 to 0.9). The share is what a pixel has of the brightest light within a few pixels, where a
+    shadow lies within as few; which way the edge runs nobody asks. O(pixels).
 
     """
     even = ndimage.gaussian_filter(np.nan_to_num(radiance), _SMOOTH_PX)
