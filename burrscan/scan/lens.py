@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
-from burrscan.arrays import Floats, Floats32, Image, Ints, Levels
+from burrscan.arrays import Bools, Floats, Floats32, Image, Ints, Levels
 from burrscan.correspondence import Correspondence
 from burrscan.pose import placed
 from burrscan.rig import Rig
@@ -28,6 +28,8 @@ _SHARP_PX = 1.5
 """A narrower circle is none: 0.05 px² that the footprint of sharp pixels is not known to look like 1.3 px."""
 _DEPTHS = 12
 """Ranges of depth, with as many pixels each, in which a circle is looked for: from the focus on it grows."""
+_LEAST_WIDE = 3
+"""Depths with circles from which there is a lens: light between surfaces, at one depth, takes modulation too."""
 _FOCI = 401
 """Depths of the focus that are tried, from far before the part to far behind it: a hundredth of its depth."""
 _MOST_PIXELS, _LEAST_PIXELS = 4000, 400
@@ -104,7 +106,7 @@ def lens_of(reading: Reading, images: Image, code: Stripes, *, rig: Rig) -> Lens
 def _lens(inverse: Floats, circles: Floats) -> Lens:
     """The lens whose circles are like those found at some inverse depths; what is sharp may be sharper."""
     wide = circles >= _SHARP_PX
-    if not wide.any():
+    if np.count_nonzero(wide) < _LEAST_WIDE:
         return Lens()
     reach = float(np.ptp(inverse)) or float(inverse[0])
     best, lens = np.inf, Lens()
@@ -161,13 +163,15 @@ def blurred(levels: Levels, light: Floats32, *, circle_px: float) -> tuple[NDArr
     return out, np.linspace(0.0, most, _LEVELS + 1, dtype=np.float32)
 
 
-def penumbra_sigma_px(radiance: Floats32, *, circles_px: Floats32) -> Floats32:
+def penumbra_sigma_px(radiance: Floats32, *, known: Bools, circles_px: Floats32) -> Floats32:
     """Standard deviation (h, w) of columns where a part of the lens is hidden.
 
     Parameters
     ----------
     radiance
         (h, w) what each camera pixel sees of white light.
+    known
+        (h, w) True where a column is: what is dark and has one is paint, and no shadow.
     circles_px
         (h, w) diameters of the blur circles.
 
@@ -179,11 +183,11 @@ def penumbra_sigma_px(radiance: Floats32, *, circles_px: Floats32) -> Floats32:
 
     """
     even = ndimage.gaussian_filter(np.nan_to_num(radiance), _SMOOTH_PX)
-    brightest, darkest = (
-        each(even, 2 * _AROUND_PX + 1) for each in (ndimage.maximum_filter, ndimage.minimum_filter)
-    )
+    brightest = ndimage.maximum_filter(even, 2 * _AROUND_PX + 1)
+    shadow = ~known & (even < _SHADOW * brightest)
+    beside = ndimage.maximum_filter(shadow, 2 * _AROUND_PX + 1)
     hidden = 1.0 - even / np.maximum(brightest, np.float32(1e-12))
-    beyond = np.where(darkest < _SHADOW * brightest, np.maximum(hidden - _SHADING, 0.0), 0.0)
+    beyond = np.where(beside, np.maximum(hidden - _SHADING, 0.0), 0.0)
     return np.asarray(0.5 * _OFF * circles_px * beyond, np.float32)
 
 

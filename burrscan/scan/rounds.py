@@ -69,7 +69,7 @@ def settled(one: Round, believed: Bools, scanner: Scanner, *, radiance: Floats32
     u_px = reading.u_px - bias_px
     unsure = np.hypot(reading.sigma_u_px, left(radiance) * np.abs(bias_px))
     if circles_px.any():
-        unsure = np.hypot(unsure, penumbra_sigma_px(radiance, circles_px=circles_px))
+        unsure = np.hypot(unsure, penumbra_sigma_px(radiance, known=believed, circles_px=circles_px))
     moved = interreflection_sigma_px(u_px, unsure, reading.lost)
     return replace(reading, u_px=u_px, sigma_u_px=np.hypot(unsure, moved))
 

@@ -55,7 +55,10 @@ def test_a_lens_is_found_from_circles_to_both_sides_of_its_focus() -> None:
 
 
 def test_what_is_sharp_has_no_lens() -> None:
-    assert _lens(np.linspace(0.004, 0.005, 12), np.full(12, 1.4)) == Lens()
+    inverse = np.linspace(0.004, 0.005, 12)
+    assert _lens(inverse, np.full(12, 1.4)) == Lens()
+    assert _lens(inverse, np.where(np.arange(12) < 2, 3.0, 0.0)) == Lens()  # a corner that mirrors
+    assert _lens(inverse, np.where(np.arange(12) < 3, 3.0, 0.0)) != Lens()
     rig = small_rig(width=160)
     assert not Lens().circles_px(np.full(rig.camera.shape, 60.0, np.float32), rig).any()
 
@@ -68,7 +71,8 @@ def test_a_hidden_part_of_the_lens_moves_its_middle_as_far_as_stated(share: floa
     shift = abs(x[x <= np.quantile(x, smoothed)].mean())
     radiance = np.ones((40, 160), np.float32)
     radiance[:, 80:83], radiance[:, 83:] = share, 0.0
-    stated = penumbra_sigma_px(radiance, circles_px=np.full(radiance.shape, 4.0, np.float32))
+    circles = np.full(radiance.shape, 4.0, np.float32)
+    stated = penumbra_sigma_px(radiance, known=radiance > 0.0, circles_px=circles)
     assert stated[20, 81] == pytest.approx(shift - 0.1 * 0.85 * 2.0, abs=0.12)
     assert stated[20, 40] == 0.0
 
@@ -76,4 +80,14 @@ def test_a_hidden_part_of_the_lens_moves_its_middle_as_far_as_stated(share: floa
 def test_a_lobe_of_metal_hides_no_lens() -> None:
     radiance = np.exp(-0.5 * ((np.arange(160) - 80.0) / 12.0) ** 2).astype(np.float32)
     image = np.tile(radiance, (40, 1))[:, 50:110]
-    assert not penumbra_sigma_px(image, circles_px=np.full(image.shape, 4.0, np.float32)).any()
+    circles = np.full(image.shape, 4.0, np.float32)
+    assert not penumbra_sigma_px(image, known=np.zeros(image.shape, bool), circles_px=circles).any()
+
+
+def test_paint_hides_no_lens_where_columns_are_known() -> None:
+    radiance = np.ones((40, 60), np.float32)
+    radiance[:, 30:] = 0.05
+    circles = np.full(radiance.shape, 4.0, np.float32)
+    known = np.ones(radiance.shape, bool)
+    assert not penumbra_sigma_px(radiance, known=known, circles_px=circles).any()
+    assert penumbra_sigma_px(radiance, known=radiance > 0.5, circles_px=circles)[20, 30] > 0.5
