@@ -18,15 +18,17 @@ from burrscan.arrays import Bools, Floats, Floats32, Image, Ints, Levels
 from burrscan.correspondence import Correspondence
 from burrscan.pose import placed
 from burrscan.rig import Rig
-from burrscan.scan.matching.matched import FOOTPRINT_PX2, Reading
+from burrscan.scan.matching.matched import Reading
 from burrscan.scan.stripes import Stripes
 from burrscan.triangulation import triangulate
 
 _WIDEST_PX, _STEP_PX = 12.0, 0.05
 """Circles that are tried: of wider ones the coarsest stripes keep nothing."""
 _SHARP_PX = 1.0
-"""A narrower circle is none: a footprint that is 0.02 px² from what sharp pixels are held to have looks like
-0.8 px. Of 12 wheels without a lens none had a circle at any of twelve depths."""
+"""A narrower circle is none: of 16 wheels without a lens the widest at any of twelve depths was 0.65 px."""
+_TENT_PX2 = 1.0 / 12.0
+"""Half the variance of a sharp projector pixel, a tent as of known_light.py; a camera pixel that is w columns
+or rows wide adds w² / 24."""
 _DEPTHS = 12
 """Ranges of depth, with as many pixels each, in which a circle is looked for: from the focus on it grows."""
 _LEAST_WIDE = 3
@@ -91,8 +93,8 @@ def lens_of(reading: Reading, images: Image, code: Stripes, *, rig: Rig) -> Lens
     """
     inverse = 1.0 / _depth_mm(reading.u_px, rig)
     sure = np.isfinite(inverse) & (reading.lead >= _SURE_LEAD) & ~reading.clipped
-    for place in (reading.u_px, reading.v_px):
-        sure &= np.hypot(*np.gradient(place)) <= _STEEPEST
+    across = [np.hypot(*np.gradient(place)) for place in (reading.u_px, reading.v_px)]
+    sure &= (across[0] <= _STEEPEST) & (across[1] <= _STEEPEST)
     row, column = np.nonzero(sure)
     order = np.argsort(inverse[row, column], kind="stable")
     at, found = [], []
@@ -100,7 +102,9 @@ def lens_of(reading: Reading, images: Image, code: Stripes, *, rig: Rig) -> Lens
         if len(part) >= _LEAST_PIXELS:
             some = part[:: max(len(part) // _MOST_PIXELS, 1)]
             at.append(float(np.median(inverse[row[some], column[some]])))
-            found.append(_circle_px(reading, images, code, row[some], column[some]))
+            wide = [float(np.median(one[row[some], column[some]])) for one in across]
+            footprint = _TENT_PX2 + (wide[0] ** 2 + wide[1] ** 2) / 48.0
+            found.append(_circle_px(reading, images, code, row[some], column[some], footprint))
     return _lens(np.array(at), np.array(found))
 
 
@@ -127,7 +131,9 @@ def _depth_mm(u_px: Floats32, rig: Rig) -> Floats:
     return placed(rig.T_projector_camera, points.reshape(-1, 3))[:, 2].reshape(points.shape[:2])
 
 
-def _circle_px(reading: Reading, images: Image, code: Stripes, row: Ints, column: Ints) -> float:
+def _circle_px(
+    reading: Reading, images: Image, code: Stripes, row: Ints, column: Ints, footprint_px2: float
+) -> float:
     """The circle that explains what stripes keep at some pixels, best by least squares."""
     frames = images[:, row, column].astype(float).reshape(len(code.per_column), code.steps, -1)
     turns = np.exp(2j * np.pi * np.arange(code.steps) / code.steps)
@@ -136,17 +142,20 @@ def _circle_px(reading: Reading, images: Image, code: Stripes, row: Ints, column
     along = (np.einsum("ksn,s->kn", frames, turns) * np.exp(-2j * np.pi * phase)).real
     kept = np.median(along / along.mean(axis=0), axis=1)
     tried = np.arange(0.0, _WIDEST_PX, _STEP_PX)
-    model = kept_of(tried, code)
+    model = kept_of(tried, code, footprint_px2=footprint_px2)
     off = ((kept / kept.mean() - model / model.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
     return float(tried[int(np.argmin(off))])
 
 
-def kept_of(circles_px: Floats, code: Stripes) -> Floats:
-    """(N, K) share of their modulation that stripes keep through circles (N,) of some diameters."""
+def kept_of(circles_px: Floats, code: Stripes, *, footprint_px2: float) -> Floats:
+    """(N, K) share of their modulation that stripes keep through circles (N,) of some diameters.
+
+    ``footprint_px2`` is half the variance of what a pixel sees without any.
+    """
     frequency = np.hypot(code.per_column, code.per_row)
     x = np.pi * np.outer(circles_px, frequency)
     disc = np.where(x > 0.0, 2.0 * special.j1(x) / np.where(x > 0.0, x, 1.0), 1.0)
-    return np.asarray(disc * np.exp(-FOOTPRINT_PX2 * (2.0 * np.pi * frequency) ** 2))
+    return np.asarray(disc * np.exp(-footprint_px2 * (2.0 * np.pi * frequency) ** 2))
 
 
 def blurred(levels: Levels, light: Floats32, *, circle_px: float) -> tuple[NDArray[np.uint16], Floats32]:

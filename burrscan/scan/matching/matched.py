@@ -54,7 +54,7 @@ _SURE_LEAD = 45.0
 search of the whole line would refuse."""
 _CONVERGED_PX = 1e-3
 """Far below the noise of any column; the last Gauss-Newton steps shrink by orders."""
-FOOTPRINT_PX2 = 0.15
+_FOOTPRINT_PX2 = 0.15
 """Half the variance of the footprint: the squares of camera and projector pixel are a sixth px², blur the
 rest of 0.3."""
 _FOOTPRINT_ERROR_PX2 = 0.05
@@ -328,7 +328,7 @@ def _fit(
         # what stripes without loss of modulation would have: the line's intercept, its slope held near that
         # of a footprint one pixel wide
         held = 1.0 / (_FOOTPRINT_ERROR_PX2 * amplitude) ** 2
-        slope = (caq - FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
+        slope = (caq - _FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
         plain = (sa - slope * sq) / s0
         if abs(du) + abs(dv) < _CONVERGED_PX:
             break

@@ -23,7 +23,7 @@ def disc(diameter: float, *, count: int = 400_000, seed: int = 0) -> Floats:
 @pytest.mark.parametrize("diameter", [1.0, 3.0, 6.0])
 def test_what_stripes_keep_is_the_mean_of_their_wave_over_the_disc(diameter: float) -> None:
     x, y = disc(diameter)
-    kept = kept_of(np.array([diameter, 0.0]), CODE)
+    kept = kept_of(np.array([diameter, 0.0]), CODE, footprint_px2=0.12)
     for number in (0, 4, 8):
         turn = 2.0 * np.pi * (CODE.per_column[number] * x + CODE.per_row[number] * y)
         assert kept[0, number] / kept[1, number] == pytest.approx(np.cos(turn).mean(), abs=0.005)
