@@ -18,7 +18,7 @@ from burrscan.arrays import Bools, Floats, Floats32, Image, Ints, Levels
 from burrscan.correspondence import Correspondence
 from burrscan.pose import placed
 from burrscan.rig import Rig
-from burrscan.scan.matching.matched import Reading
+from burrscan.scan.matching.matched import SURE_LEAD, Reading
 from burrscan.scan.stripes import Stripes
 from burrscan.triangulation import triangulate
 
@@ -37,8 +37,6 @@ _FOCI = 401
 """Depths of the focus that are tried, from far before the part to far behind it: a hundredth of its depth."""
 _MOST_PIXELS, _LEAST_PIXELS = 4000, 400
 """Pixels of a depth that are asked, evenly: their median is known to 0.5 %. Fewer do not tell a lens."""
-_SURE_LEAD = 45.0
-"""In chi²: as of matched.py, a column that is beyond doubt."""
 _STEEPEST = 1.4
 """Columns, or rows, per camera pixel: where a pixel sees more, that takes modulation, too."""
 _LEVELS = 65535
@@ -92,7 +90,7 @@ def lens_of(reading: Reading, images: Image, code: Stripes, *, rig: Rig) -> Lens
 
     """
     inverse = 1.0 / _depth_mm(reading.u_px, rig)
-    sure = np.isfinite(inverse) & (reading.lead >= _SURE_LEAD) & ~reading.clipped
+    sure = np.isfinite(inverse) & (reading.lead >= SURE_LEAD) & ~reading.clipped
     across = [np.hypot(*np.gradient(place)) for place in (reading.u_px, reading.v_px)]
     sure &= (across[0] <= _STEEPEST) & (across[1] <= _STEEPEST)
     row, column = np.nonzero(sure)

@@ -20,10 +20,10 @@ PASS_SAMPLES = 1 << 21
 CAMERA_LENS = 0
 """The first kind of random number, of two, of the camera's lens."""
 _FIRST_TURN = 4
-"""The first kind of random number of the first turn."""
+"""The first kind of random number of the first turn. Two before it are free: with less, all light changes."""
 _NUMBERS_A_TURN = 7
-"""Kinds of random numbers (:class:`Chance`): the lenses at the first surface, then at every turn its choice
-and direction, the projector's lens, and the place within a projector pixel's blur."""
+"""Kinds of random numbers (:class:`Chance`): the camera's lens, then at every turn its choice and direction,
+the projector's lens, and the place within a projector pixel's blur."""
 
 
 def choice_kind(turn: int) -> int:

@@ -1,8 +1,8 @@
 """Tracing a scene once: from every camera pixel along light paths to the projector pixels that feed it.
 
-Every pixel gets the pilot's few paths. They are enough for its direct light; where its interreflected light
-is still too uncertain it gets as many more as that takes (:mod:`scenes.transport.refine`). No pixel ever gets
-the light of another.
+Every pixel gets the pilot's few paths. They are enough for its direct light, but through a lens that blurs
+(:mod:`scenes.transport.lenses`); where its interreflected light is still too uncertain it gets as many more
+as that takes (:mod:`scenes.transport.refine`). No pixel ever gets the light of another.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from burrscan.arrays import Bools, Floats, Ints
 
 _STATED = 2.0
 """Median size of a noisy place's depths in what is stated of them, at most: of all of a noise it is 0.7, but
-a place has the larger ones. Five places of noise on 280 random wheels had 1.2 to 1.4, nine in ten burrs 3 and
+a place has the larger ones. Five places of noise on 237 random wheels had 1.2 to 1.4, nine in ten burrs 3 and
 more."""
 _AGREE = 2.5
 """Standard deviations of the correlation of neighbours that noise stays below: the five had 1.8 at most, of

@@ -49,7 +49,7 @@ _NEAR_PX = 3.0
 _SIDE_LOBE = 0.75
 """Match at a wrong column, at most: six and more frequencies on 1024 columns stay below (0.71); five reach
 0.80."""
-_SURE_LEAD = 45.0
+SURE_LEAD = 45.0
 """In chi²: above the 42 (three times 14) that even ill-fitting pixels need, so that nothing is taken that the
 search of the whole line would refuse."""
 _CONVERGED_PX = 1e-3
@@ -178,7 +178,7 @@ def _read(
             if np.isfinite(hint):
                 u, row, best, _ = _search(z, whole, f, g, line, max(hint - _NEAR_PX, -0.5), hint + _NEAR_PX)
                 lead = _least_lead(best, (np.abs(z) ** 2 / whole).sum())
-            if lead < _SURE_LEAD:
+            if lead < SURE_LEAD:
                 u, row, best, second = _search(z, whole, f, g, line, -0.5, columns - 0.5)
                 lead = best - second
             if best <= 0.0:
