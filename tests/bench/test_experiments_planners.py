@@ -25,6 +25,7 @@ def test_the_planner_finds_more_than_even_turns(world: World) -> None:
     assert np.mean(less) > 0.1
 
 
+@pytest.mark.study
 def test_the_same_seed_draws_the_same_looks(world: World) -> None:
     burrs = burrs_on(world, np.random.default_rng(5), outside=True)
     one, two = (found_by_look(world, "random", burrs, seed=3) for _ in range(2))

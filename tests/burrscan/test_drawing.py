@@ -222,6 +222,7 @@ def test_samples_are_even_and_always_the_same() -> None:
     assert count.min() > 0.9 * count.max()
 
 
+@pytest.mark.study
 def test_the_burrs_of_a_drawing_agree_with_themselves() -> None:
     _, found = paper(0.02)
     frame = T_part_mesh(found.axis.point_mm, found.axis.direction)

@@ -18,7 +18,6 @@ from burrscan.meshio import (
     write_inspection_json,
 )
 from tests.data import AXES, UNIT, meshes
-from tests.tiers import some_of
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".stl", ".obj", ".STL"])
@@ -113,7 +112,8 @@ def test_the_document_is_json_with_units_in_its_keys(tmp_path: Path) -> None:
     assert document["axis"]["method"] == "profile"
 
 
-@some_of("path", meshes())
+@pytest.mark.study
+@pytest.mark.parametrize("path", meshes())
 def test_others_meshes_get_an_answer(path: Path) -> None:
     mesh = read_mesh(path, unit=UNIT.get(path.name, "mm"))
     inspection = burrscan.inspect_mesh(mesh.vertices_mm, mesh.faces)
