@@ -39,7 +39,8 @@ _LEAST_EXPLAINED = 0.5
 """Share of a nick's squared deviations that its description explains: with less it leaves more than that.
 Where metal is missing each place has one depth, and one ridge is like it: of 42 nicks, rough ones too, all
 had 0.85 or more. A burr that is rolled over has two heights at one place, and a torn one many along it: of
-such down to 0.26 is explained, so nothing is asked of them."""
+such down to 0.26 is explained, so nothing is asked of them. Nor of nicks that a scan shows: walls that mirror
+each other have two depths at one place, too (0.43 of one on turned copper), and its light tells of them."""
 _DIFFER = 2.0
 """Standard deviations between a ridge's height and a crest's from which the ridge is not what is there."""
 _NO_PEDESTAL = 1.5
@@ -96,11 +97,14 @@ class _Frame:
     across_mm: float
 
 
-def describe(field: Field, site: Site, axis: Axis, *, facing: float = 0.0) -> Burr | None:
+def describe(
+    field: Field, site: Site, axis: Axis, *, facing: float = 0.0, scanned: bool = False
+) -> Burr | None:
     """Measure a burr; None where no ridge rises out of the noise, or none is like it. O(vertices chosen).
 
     ``facing`` is the cosine at which a camera looks at the surface below, whose pixels the vertices are: 1
-    where it looks down on the burr. 0 where nobody knows of one.
+    where it looks down on the burr. 0 where nobody knows of one. What was ``scanned`` by light may have two
+    depths at one place.
     """
     lift = site.sign * field.deviation_mm[site.chosen]
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
@@ -110,7 +114,8 @@ def describe(field: Field, site: Site, axis: Axis, *, facing: float = 0.0) -> Bu
     frame, ridge = _best(field, site, lift, weight, edged=edged)
     if ridge is None or not _credible(ridge):
         return None
-    if site.sign < 0 and _explained(field, site, frame.patch, ridge) < _LEAST_EXPLAINED:
+    one_depth = site.sign < 0 and not scanned
+    if one_depth and _explained(field, site, frame.patch, ridge) < _LEAST_EXPLAINED:
         return None
     height = _height(field, site, ridge, frame, edged=edged, facing=facing)
     return _burr(field, site, ridge, frame, height, axis)

@@ -225,7 +225,7 @@ def _certain(
             continue
         if openings and openings.beside(region) > MOST_OPEN and not on_edge(field, crest, region.sign):
             continue
-        burr = describe(field, site, axis, facing=cosine)
+        burr = describe(field, site, axis, facing=cosine, scanned=view is not None)
         waves_mm = _OF_WAVES * float(np.median(field.waves_mm[crest]))
         if burr is None or (waves_mm > 0.0 and _like_waves(field, crest, burr)):
             continue
