@@ -15,7 +15,7 @@ from scenes.transport.rows import SparseRows
 
 _NONE = np.zeros(0, np.uint32)
 """Of no paths."""
-_LEARNT_TURNS = 2
+LEARNT_TURNS = 2
 """A fourth surface adds nothing that could be seen: the turn towards it is not learnt."""
 
 PART_BITS = 2
@@ -77,7 +77,7 @@ def gather(arrivals: Sequence[Arrival], *, samples: Ints, learn: bool) -> Gather
     starts = _starts(path, first)
     variance, halves, quarters = _moments(path, weight, starts, first)
     rows = SparseRows(starts, pixel.astype(np.int32), _shared(weight, starts, samples))
-    turns = range(_LEARNT_TURNS) if learn else range(0)
+    turns = range(LEARNT_TURNS) if learn else range(0)
     return Gathered(
         samples,
         rows,

@@ -36,15 +36,20 @@ def _distort(view: View, x: Any, y: Any) -> tuple[Any, Any]:
     )
 
 
-def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> Any:
-    """Rays in the camera frame through pixel coordinates; ``lens`` is a point on the unit disc."""
-    view = optics.rig.camera
+def _undistorted(view: View, column: Any, row: Any) -> tuple[Any, Any]:
+    """Slopes of the rays through pixel coordinates."""
     x0, y0 = (column - view.cx) / view.fx, (row - view.cy) / view.fy
     x, y = x0, y0
     if view.distortion != NO_DISTORTION:
         for _ in range(UNDISTORT_STEPS):
             xd, yd = _distort(view, x, y)
             x, y = x - (xd - x0), y - (yd - y0)
+    return x, y
+
+
+def camera_rays(mi: Any, optics: Optics, column: Any, row: Any, lens: Any) -> Any:
+    """Rays in the camera frame through pixel coordinates; ``lens`` is a point on the unit disc."""
+    x, y = _undistorted(optics.rig.camera, column, row)
     if optics.camera_aperture_mm == 0.0:
         return mi.Ray3f(mi.Point3f(0.0), dr.normalize(mi.Vector3f(x, y, 1.0)))
     radius, focus = 0.5 * optics.camera_aperture_mm, optics.camera_focus_mm
@@ -85,3 +90,30 @@ def projected_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any, act
     active &= reflected[0] > 0.0
     active &= ~scene.ray_test(si.spawn_ray_to(origin), active)
     return Lit(u, v, dr.select(active, reflected[0] * irradiance, 0.0))
+
+
+def projector_rays(mi: Any, optics: Optics, column: Any, row: Any) -> Any:
+    """Rays of the projector, as of a pinhole, through its pixel coordinates, in the camera frame."""
+    x, y = _undistorted(optics.rig.projector, column, row)
+    rotation = mi.Matrix3f(np.ascontiguousarray(optics.rig.T_projector_camera[:3, :3].T))
+    towards = rotation @ mi.Vector3f(x, y, 1.0)
+    return mi.Ray3f(mi.Point3f(optics.rig.projector_centre_mm), dr.normalize(towards))
+
+
+def seen_light(mi: Any, scene: Any, optics: Optics, si: Any) -> tuple[Any, Any]:
+    """Flat camera pixel, as of a pinhole, that sees interactions, and its light for a unit of flux there.
+
+    A pixel sees ``distance² · Ω`` of the surface, square to its ray; its solid angle is ``cos³ θ / (fx fy)``.
+    """
+    view = optics.rig.camera
+    x, y = _distort(view, si.p.x / si.p.z, si.p.y / si.p.z)
+    column = mi.Int32(dr.floor(x * view.fx + view.cx + 0.5))
+    row = mi.Int32(dr.floor(y * view.fy + view.cy + 0.5))
+    inside = (column >= 0) & (column < view.width) & (row >= 0) & (row < view.height) & (si.p.z > 0.0)
+    inside &= si.is_valid()
+    distance = dr.norm(si.p)
+    reflected = si.bsdf().eval(mi.BSDFContext(), si, si.to_local(-si.p / distance), inside)[0]
+    inside &= reflected > 0.0
+    inside &= ~scene.ray_test(si.spawn_ray_to(mi.Point3f(0.0)), inside)
+    light = reflected * (view.fx * view.fy * distance / (si.p.z * si.p.z * si.p.z))
+    return dr.select(inside, mi.UInt32(row * view.width + column), 0), dr.select(inside, light, 0.0)

@@ -112,12 +112,7 @@ def needed_samples(
         return need
     single, had = variance.flat[traced], refined.flat[traced]
     count = np.maximum(summed(np.ones(seen.shape), seen, itself=False).flat[traced], 1.0)
-    around = np.stack([summed(one, seen).flat[traced] - one.flat[traced] for one in indirect]) / count
-    light = direct.reshape(3, -1)[:, traced] + around
-    bright = np.percentile(light[0], 99.0)
-    whole = np.maximum(light[0], _DARK * bright)
-    modulated = np.clip(np.hypot(light[1], light[2]), _LEAST_MODULATED * whole, whole)
-    limit = error * np.sqrt(np.maximum(whole, _DIM * bright) * modulated)
+    limit = error * _tolerable(direct, indirect, seen)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.sqrt(summed(variance, seen, itself=False).flat[traced] / count) / limit)
         alone = np.nan_to_num(np.sqrt(single / WINDOW**2) / limit)
@@ -132,6 +127,29 @@ def needed_samples(
         more = np.minimum(more, most)
     need.flat[traced[uncertain]] = more
     return need
+
+
+def most_of_a_path(direct: Floats, indirect: Floats, *, seen: Bools, error: float) -> Floats:
+    """(h, w) light that no single path may give a pixel, infinite where no error is asked for.
+
+    What meets a glint once in many thousand paths makes one pixel a hundred times too bright, and is missing
+    in all others. A path counts for what is still as large as the error aimed at when it is spread over the
+    25 pixels around; the rest is lost. Parameters as of :func:`needed_samples`.
+    """
+    most = np.full(seen.shape, np.inf)
+    if np.isfinite(error) and seen.any():
+        most[seen] = WINDOW**2 * error * _tolerable(direct, indirect, seen)
+    return most
+
+
+def _tolerable(direct: Floats, indirect: Floats, seen: Bools) -> Floats:
+    """Of each pixel that was traced, the light that errors of its interreflected light are relative to."""
+    count = np.maximum(summed(np.ones(seen.shape), seen, itself=False)[seen], 1.0)
+    light = direct[:, seen] + np.stack([(summed(one, seen) - one)[seen] for one in indirect]) / count
+    bright = np.percentile(light[0], 99.0)
+    whole = np.maximum(light[0], _DARK * bright)
+    modulated = np.clip(np.hypot(light[1], light[2]), _LEAST_MODULATED * whole, whole)
+    return np.asarray(np.sqrt(np.maximum(whole, _DIM * bright) * modulated))
 
 
 def _rounded_up(wanted: Floats) -> Ints:

@@ -17,7 +17,7 @@ from scenes.stores import Store
 from scenes.transport.matrix import LightTransport
 from scenes.transport.rows import SparseRows
 
-TRANSPORT_VERSION = 14
+TRANSPORT_VERSION = 15
 """Raised whenever the traced numbers change; stored transports of another version are not used."""
 
 FOLDER_VARIABLE = "BURRSCAN_TRANSPORTS"

@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from burrscan.arrays import Floats, Ints
 from burrscan.errors import InputError
+from scenes.transport.arrivals import Finds
 from scenes.transport.guide import found
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
+from scenes.transport.photons import photon_finds, together
 from scenes.transport.pilot import pilots
-from scenes.transport.refine import LEAST_SAMPLES, needed_samples, refine, stripe_table
-from scenes.transport.rows import added, scattered
+from scenes.transport.refine import LEAST_SAMPLES, most_of_a_path, needed_samples, refine, stripe_table
+from scenes.transport.rows import SparseRows, added, scattered
 from scenes.transport.uncertainty import standard_error
 
 
@@ -87,6 +89,7 @@ def trace(
     stripes = stripe_table(optics.rig.projector.width)
     direct_light = direct.product(stripes).reshape(3, *view.shape).astype(float)
     variance, indirect_light, fresh = np.zeros(view.shape), np.zeros(direct_light.shape), bounced
+    photons: list[Finds] = []
     # a first round shows where light comes from, and how much it varies
     for learn, most_now in ((True, LEAST_SAMPLES), (False, most)):
         for pixels, one in fresh:
@@ -105,7 +108,8 @@ def trace(
         )
         if not need.any():
             break
-        finds = found(bounced, seen.size)
+        photons = photons or photon_finds(mi, scene, optics, seed=seed)
+        finds = [together(*both) for both in zip(found(bounced, seen.size), photons, strict=True)]
         if not learn:  # nobody asks the parts again
             bounced = [(pixels, one._replace(finds=())) for pixels, one in bounced]
         pixels = np.flatnonzero(need)
@@ -138,7 +142,10 @@ def trace(
         camera_shape=view.shape,
         projector_shape=optics.rig.projector.shape,
         direct=direct,
-        indirect=added([(pixels, one.rows, share) for (pixels, one), share in shared], seen.size),
+        indirect=_bounded(
+            added([(pixels, one.rows, share) for (pixels, one), share in shared], seen.size),
+            most_of_a_path(direct_light, indirect_light, seen=seen, error=error).ravel(),
+        ),
         ambient=ambient,
         u_px=centres[0],
         v_px=centres[1],
@@ -158,6 +165,12 @@ def shares(parts: Sequence[tuple[Ints, Ints]], *, refined: Ints, pilots: int) ->
         (refined[pixels] == 0).astype(float) if k < pilots else samples / refined[pixels]
         for k, (pixels, samples) in enumerate(parts)
     ]
+
+
+def _bounded(rows: SparseRows, most: Floats) -> SparseRows:
+    """Rows of which no path gives more than its pixel's ``most`` (pixels,)."""
+    bound = np.repeat(most.astype(np.float32), np.diff(rows.starts))
+    return SparseRows(rows.starts, rows.columns, np.minimum(rows.values, bound))
 
 
 def _sum(parts: Sequence[tuple[Ints, Floats]], shape: tuple[int, int]) -> Floats:
