@@ -11,6 +11,7 @@ import pytest
 from burrscan.arrays import Floats
 from scenes.scene import scene_from
 from scenes.simulate import simulate
+from scenes.transport import photons
 from scenes.transport import trace as tracing
 from scenes.transport.arrivals import Finds
 from scenes.transport.hits import may_see
@@ -41,7 +42,9 @@ def row(light: list[float], pixels: list[int], count: int, first: float) -> Find
 
 
 @pytest.mark.parametrize("bent", [False, True])
-def test_what_they_bring_is_the_light_that_paths_find(mi: Any, *, bent: bool) -> None:
+def test_what_they_bring_is_the_light_that_paths_find(
+    mi: Any, *, bent: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """From either end: fluxes through lenses here, radiances there. The sum over the picture to 3 %."""
     _, scene, optics, _ = stripes_on(mi, "ground")
     if bent:
@@ -51,6 +54,7 @@ def test_what_they_bring_is_the_light_that_paths_find(mi: Any, *, bent: bool) ->
         optics = replace(optics, rig=replace(rig, camera=camera, projector=projector))
     traced = [trace(mi, scene, optics, samples=128, bounces=n, error=np.inf) for n in (2, 3)]
     light = [float(one.white_indirect.sum()) for one in traced]
+    monkeypatch.setattr(photons, "_GRID", (1024, 1024))
     finds = photon_finds(mi, scene, optics, seed=1)
     found = [float(one.light.row_sums().sum()) / _AS_PATHS for one in finds]
     assert found[0] == pytest.approx(light[1], rel=0.03)
@@ -110,7 +114,7 @@ def test_what_roundings_mirror_onto_a_dark_flank_is_there(monkeypatch: pytest.Mo
     true = np.mean([flank(samples=4096, error=1e9, seed=seed).indirect[place] for seed in range(16)], axis=0)
 
     def wrong(truth: Truth) -> Floats:
-        return np.abs(truth.indirect[place] - true) / (truth.direct[place] + true)
+        return np.asarray(np.abs(truth.indirect[place] - true) / (truth.direct[place] + true))
 
     assert np.median(wrong(found)) < 0.1
     assert np.median(wrong(plain)) > 0.15
