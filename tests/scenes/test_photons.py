@@ -118,4 +118,5 @@ def test_what_roundings_mirror_onto_a_dark_flank_is_there(monkeypatch: pytest.Mo
 
     assert np.median(wrong(found)) < 0.1
     assert np.median(wrong(plain)) > 0.15
-    assert wrong(found).max() < 1.0 < wrong(plain).max()
+    assert wrong(found).max() < 2.0
+    assert wrong(plain).max() > 20.0
