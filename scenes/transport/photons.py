@@ -21,8 +21,8 @@ from scenes.transport.rays import projector_rays, seen_light
 from scenes.transport.rows import SparseRows, added
 
 _GRID = 512, 512
-"""Rows and columns of rays of the projector. With four times as many errors on a dark flank are a tenth smaller,
-with sixty-four times no smaller than that."""
+"""Rows and columns of rays of the projector. With four times as many a dark flank errs by a tenth less, with
+sixty-four times by no less than that."""
 _SALT = 0xF107
 """Sets their random numbers apart from those of paths."""
 _AS_PATHS = 8.0
