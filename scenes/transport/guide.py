@@ -21,7 +21,7 @@ from scipy.special import ndtr
 
 from burrscan.arrays import Bools, Floats, Floats32, Ints, Ints32
 from scenes.transport.arrivals import Finds, Gathered
-from scenes.transport.rows import scattered
+from scenes.transport.rows import SparseRows, added, scattered
 from scenes.transport.turn import CELLS, STRIPS
 
 _TILE, _MARGIN = 4, 2
@@ -70,12 +70,26 @@ def found(parts: list[tuple[Ints, Gathered]], count: int) -> list[Finds]:
 
 
 def _joined(parts: list[tuple[Ints, Finds]], count: int) -> Finds:
-    firsts = np.cumsum([0, *(len(one.directions) for _, one in parts)])
-    light = [
-        (pixels, replace(one.light, columns=one.light.columns + np.int32(first)))
-        for (pixels, one), first in zip(parts, firsts[:-1].tolist(), strict=True)
+    rows, directions = _numbered([one for _, one in parts])
+    light = [(pixels, row) for (pixels, _), row in zip(parts, rows, strict=True)]
+    return Finds(scattered(light, count), directions)
+
+
+def together(one: Finds, other: Finds) -> Finds:
+    """What both found of the same pixels. O(finds)."""
+    every = np.arange(one.light.starts.size - 1)
+    rows, directions = _numbered([one, other])
+    return Finds(added([(every, row, np.ones(every.size)) for row in rows], every.size), directions)
+
+
+def _numbered(finds: list[Finds]) -> tuple[list[SparseRows], Floats32]:
+    """The light of several finds, its columns the numbers of all directions together, and these."""
+    firsts = np.cumsum([0, *(len(one.directions) for one in finds)])[:-1].astype(np.int32)
+    rows = [
+        replace(one.light, columns=one.light.columns + first)
+        for one, first in zip(finds, firsts, strict=True)
     ]
-    return Finds(scattered(light, count), np.concatenate([one.directions for _, one in parts]))
+    return rows, np.concatenate([one.directions for one in finds])
 
 
 def guide_of(pixels: Ints, finds: Finds, shape: tuple[int, int]) -> Guide:

@@ -77,7 +77,7 @@ def first_surface(
     if paths_each == 1:
         return hit.compute_surface_interaction(ray)
     dr.eval(ray.o, ray.d, hit)
-    return _surface(mi, ray, hit, dr.arange(mi.UInt32, dr.width(column) * paths_each) // paths_each)
+    return surface_at(mi, ray, hit, dr.arange(mi.UInt32, dr.width(column) * paths_each) // paths_each)
 
 
 def direct_light(mi: Any, scene: Any, optics: Optics, si: Any, lens: Any) -> Lit:
@@ -136,7 +136,7 @@ def later_surfaces(
             break
         path, chance = dr.gather(mi.UInt32, path, kept), chance.of(mi, kept)
         throughput = dr.gather(mi.Float, throughput, kept)
-        si = _surface(mi, ray, hit, kept)
+        si = surface_at(mi, ray, hit, kept)
         went = [dr.gather(mi.Vector3f, one, kept) for one in [*went, ray.d]]
         lens = on_lens(mi, optics.projector_aperture_mm, chance.two(mi, kind + 3))
         lit = projected_light(mi, scene, optics, si, lens, si.is_valid())
@@ -145,7 +145,7 @@ def later_surfaces(
     return Bounced([_with_light(mi, one) for one in arrivals], left)
 
 
-def _surface(mi: Any, ray: Any, hit: Any, kept: Any) -> Any:
+def surface_at(mi: Any, ray: Any, hit: Any, kept: Any) -> Any:
     """The surface interactions of the hits at places ``kept``."""
     ray = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
     return dr.gather(mi.PreliminaryIntersection3f, hit, kept).compute_surface_interaction(ray)

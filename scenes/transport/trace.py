@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from burrscan.arrays import Floats, Ints
 from burrscan.errors import InputError
 from scenes.transport.arrivals import Finds
-from scenes.transport.guide import found
+from scenes.transport.guide import found, together
 from scenes.transport.hits import may_see
 from scenes.transport.matrix import LightTransport
 from scenes.transport.optics import Optics
-from scenes.transport.photons import photon_finds, together
+from scenes.transport.photons import photon_finds
 from scenes.transport.pilot import pilots
 from scenes.transport.refine import LEAST_SAMPLES, most_of_a_path, needed_samples, refine, stripe_table
 from scenes.transport.rows import SparseRows, added, scattered

@@ -14,8 +14,9 @@ from scenes.simulate import simulate
 from scenes.transport import photons
 from scenes.transport import trace as tracing
 from scenes.transport.arrivals import Finds
+from scenes.transport.guide import together
 from scenes.transport.hits import may_see
-from scenes.transport.photons import _AS_PATHS, photon_finds, together
+from scenes.transport.photons import _AS_PATHS, photon_finds
 from scenes.transport.refine import most_of_a_path
 from scenes.transport.rows import SparseRows
 from scenes.transport.trace import trace
