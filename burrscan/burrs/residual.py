@@ -146,11 +146,16 @@ def burrs_residual(
         certain = [one._replace(burr=_less_sure(one.burr, share=MIRRORED * shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
         certain, dark = _told_by_light(certain, places, surface)
-        seen = [called(place, surface, axis) for place in dark if not place.grazed]
+        dark = [place for place in dark if not place.grazed]
+        seen = [called(place, surface, axis) for place in dark]
         if not several_views:
             edge = partial(is_an_edge, looks=looks, surface=surface, axis=axis)
             certain = [one for one in certain if not edge(one.burr, by_depth=True)]
-            seen = [one for one in seen if not edge(one, by_depth=False)]
+            seen = [
+                one
+                for one, place in zip(seen, dark, strict=True)
+                if not (place.depth_tells and edge(one, by_depth=False))
+            ]
         certain = [
             one._replace(burr=placed(one.burr, one.place, surface, axis, mirrored=shines))
             if one.place

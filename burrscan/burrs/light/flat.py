@@ -14,6 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Bools, Floats
 from burrscan.axis.basis import T_part_mesh, perpendicular_basis
+from burrscan.burrs.light.medians import column_medians
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.section import column_of, triangulated
 from burrscan.burrs.light.side import Looks
@@ -46,6 +47,11 @@ _FEWEST_ROWS = 3
 """Rows from which a mean along them says something."""
 _MEASURED = 0.5
 """Share of a burr's cells that need a depth: what hides its surroundings is no scratch."""
+_BESIDE_BORDER_CELLS = 4
+"""How far beyond what an edge crosses light on either side is looked at."""
+_BORDER = 0.4
+"""Difference of the light on either side, over its largest step, from which it is a border: the one of a
+patch of chatter on a rendered wheel had 0.7, lines at 140 burrs at most 0.1."""
 _EDGES_BY_DEPTH, _EDGES_BY_LIGHT = 2.0, 1.0
 """Most that is put down to edges, over what one does. A line has two, which is 1.4 as a root of squares, and
 lenses spread them over two pixels. What the light tells of has evidence besides its depth: there one."""
@@ -86,7 +92,8 @@ def wanders_flat(cells: Bools, deviation_mm: Floats, *, pixel_mm: float) -> bool
 def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_depth: bool) -> bool:
     """Whether what is called a burr is no more than an edge of brightness shows.
 
-    Its depths are no larger than the light beside it explains, and cancel along it. What the depth tells of
+    Its depths are no larger than the light beside it explains, and cancel along it, or it is the border of
+    something of another brightness, which bends them to one side all along. What the depth tells of
     (``by_depth``) is an edge only where it is no wider than a pixel, then also where it runs askew over
     pixels: a burr that small cannot be told from a scratch by one view, unless it lies along the generatrix
     and its rows show what is called. O(rows of the burr).
@@ -116,14 +123,34 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
     edges = _EDGES_BY_DEPTH if by_depth else _EDGES_BY_LIGHT
     if np.mean(squares) > (edges * most) ** 2:
         return False
+    border = _is_a_border(looks, rows, middles, half + _BESIDE_CELLS, contrast=contrast)
+    return border or not _is_shown(burr, depths, middles, thin=thin)
+
+
+def _is_shown(burr: Burr, depths: list[Floats], middles: Floats, *, thin: bool) -> bool:
+    """Whether the depths of a line's rows show a burr: a long one's its side, others' the same all along."""
     sums = np.array([np.nansum(depth) for depth in depths])
     stretches = 1.0 + float(np.ptp(middles))
-    along = len(rows) >= _ALONG_ROWS and stretches <= 2.0
+    along = len(depths) >= _ALONG_ROWS and stretches <= 2.0
     called = burr.sign * sums.mean() > 0.0
     if along and called and _agree(sums, len(sums), least=_AGREE_ALONG):
-        return False
+        return True
     askew = thin and stretches >= _FEWEST
-    return askew or not _agree(sums, stretches)
+    return not askew and _agree(sums, stretches)
+
+
+def _is_a_border(
+    looks: Looks, rows: Sequence[int], middles: Floats, reach: float, *, contrast: float
+) -> bool:
+    """Whether light is another on either side of a line; beside a burr, and a scratch, it is as usual."""
+    half = 0.5 * _BESIDE_BORDER_CELLS
+    sides = []
+    for place in (middles - reach - half, middles + reach + half):
+        light, predicted = (
+            np.concatenate(_across(image, rows, place, half)) for image in (looks.light, looks.predicted)
+        )
+        sides.append(column_medians((light - predicted)[:, None])[0])
+    return bool(abs(sides[1] - sides[0]) > _BORDER * contrast)
 
 
 def _across(image: Floats, rows: Sequence[int], middles: Floats, reach: float) -> list[Floats]:

@@ -125,7 +125,14 @@ class Strip:
     """A piece of a cylinder's surface with a line of another brightness along it."""
 
     def __init__(
-        self, *, width: float, factor: float, askew: float, start: float, times: float = 1.0
+        self,
+        *,
+        width: float,
+        factor: float,
+        askew: float,
+        start: float,
+        times: float = 1.0,
+        called: float | None = None,
     ) -> None:
         scene = Scene()
         self.axis: Axis = scene.axis
@@ -133,14 +140,14 @@ class Strip:
             scene.sight(), scene.axis, scene.generatrix, widest_mm=WIDEST_MM
         )
         rows = np.flatnonzero(self.surface.open.any(axis=1))
-        self._first, self._column = int(rows[len(rows) // 2 - ROWS // 2]), len(self.surface.angle) // 2
+        self._first, self.column = int(rows[len(rows) // 2 - ROWS // 2]), len(self.surface.angle) // 2
         light, centroid = seen(width=width, factor=factor, askew=askew, start=start)
-        self._middle = start + askew * 0.5 * (ROWS - 1)
+        self._middle = (start if called is None else called) + askew * 0.5 * (ROWS - 1)
         self._askew = askew
         rng = np.random.default_rng(int(1e6 * start))
-        lift = times * pixel_mm(self.surface, self._column) * centroid
+        lift = times * pixel_mm(self.surface, self.column) * centroid
         deviation = NOISE_MM * rng.normal(size=self._looks.deviation_mm.shape)
-        near = (slice(self._first, self._first + ROWS), slice(self._column, self._column + COLUMNS))
+        near = (slice(self._first, self._first + ROWS), slice(self.column, self.column + COLUMNS))
         deviation[near] += lift
         shown = np.zeros_like(deviation)
         shown[near] = np.log(light)
@@ -150,7 +157,7 @@ class Strip:
         """What is called there."""
         surface, row = self.surface, self._first + ROWS // 2
         turn = float(surface.angle[1] - surface.angle[0])
-        angle = float(surface.angle[self._column]) + (self._middle - 0.5) * turn
+        angle = float(surface.angle[self.column]) + (self._middle - 0.5) * turn
         upwards = np.sign(surface.z_mm[row + 1] - surface.z_mm[row])
         direction = np.array([self._askew, upwards]) / np.hypot(self._askew, 1.0)
         ends = np.sort(surface.z_mm[[self._first, self._first + ROWS - 1]])
@@ -170,8 +177,8 @@ class Strip:
         rows = self._first + np.arange(ROWS)
         line = self._middle + self._askew * (np.arange(ROWS) - 0.5 * (ROWS - 1))
         lifted = self.looks.deviation_mm.copy()
-        lift = pixels * (1.0 + scatter * rng.normal(size=ROWS)) * pixel_mm(self.surface, self._column)
-        lifted[rows, self._column + np.rint(line - 0.5).astype(int)] += lift
+        lift = pixels * (1.0 + scatter * rng.normal(size=ROWS)) * pixel_mm(self.surface, self.column)
+        lifted[rows, self.column + np.rint(line - 0.5).astype(int)] += lift
         self.looks = Looks(self.looks.light, self.looks.predicted, lifted)
 
     def is_an_edge(
@@ -257,6 +264,18 @@ def test_what_the_light_tells_of_is_an_edge_only_where_its_depths_cancel() -> No
     assert strip.is_an_edge(pixels=3.0, by_depth=False)
     strip.looks = Looks(strip.looks.light, strip.looks.predicted, np.abs(strip.looks.deviation_mm))
     assert not strip.is_an_edge(pixels=3.0, by_depth=False)
+
+
+@pytest.mark.parametrize("factor", [0.4, 2.5])
+def test_the_border_of_a_patch_bends_all_rows_alike_and_is_an_edge(factor: float) -> None:
+    """A stain from pixel 20.3 on, that ends beyond what is looked at; a line has depths as alike."""
+    strip = Strip(width=60.0, factor=factor, askew=0.0, start=50.3, called=20.8)
+    sides: tuple[Literal["protrusion", "nick"], ...] = ("protrusion", "nick")
+    assert all(strip.is_an_edge(pixels=1.0, side=side, by_depth=False) for side in sides)
+    light = strip.looks.light.copy()
+    light[:, strip.column + 21 :] = 0.0
+    strip.looks = Looks(light, strip.looks.predicted, strip.looks.deviation_mm)
+    assert not all(strip.is_an_edge(pixels=1.0, side=side, by_depth=False) for side in sides)
 
 
 def test_a_line_along_the_generatrix_whose_rows_show_a_burr_is_none() -> None:

@@ -246,6 +246,20 @@ def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some(
     assert asked == [False, True]
 
 
+def test_a_place_most_of_which_has_no_depth_is_no_edge_of_brightness() -> None:
+    """Of a polished ridge most is dark, and the rest cancels, for light bounced; no scratch hides so much."""
+    scene = Scene()
+    cells = scene.band(20.0, 4.4, -15.0, 12.0)
+    rng = np.random.default_rng(1)
+    scene.log_light[cells] -= 2.6
+    scene.lost |= cells & (rng.random(cells.shape) < 0.6)
+    scene.lift_mm[cells] += 0.25 * rng.choice([-1.0, 1.0], np.count_nonzero(cells))
+    assert burrs_of(scene, seen=False) == ()
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.side == "protrusion"
+    assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 1.0
+
+
 def test_walls_that_mirror_each_other_show_two_depths_at_one_place() -> None:
     """A nick on turned copper, 0.65 mm deep: one ridge explains 0.43 of it, and a mesh's would be none."""
     scene = Scene()
