@@ -36,6 +36,11 @@ _PEAK, _OFF_PEAK = 0.1, 0.2
 the standard deviation of the centroid, in pixels: a glint narrower than a pixel may lie anywhere in it, 0.29
 if all places are alike. On 33 rendered wheels, of pixels with over two fifths such light, 4.8 % were over
 five of their stated deviations off without it, and 0.3 % are with it."""
+_LACKS, _OFF_LACKING = 0.3, 0.5
+"""Share of its light that a pixel lacks from which on a gap is beside it: on turned metal 15 to 30 % are its
+own, and move no centroid. And per share the standard deviation of the centroid, in pixels, which is as far
+off if all that a pixel lacks is on one side: of 1,570 pixels on 16 rendered wheels, a third to two thirds of
+whose light is lacking, half were off by more than 0.3 of it, at a stated 0.02 to 0.1."""
 
 
 def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Correspondence:
@@ -59,7 +64,9 @@ def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Cor
     Along each direction the brightness within a pixel falls exponentially from one neighbour to the other, as
     the flank of a highlight does, or steps between them at the place that gives the pixel's own light, as at
     the border of a stain. Where it goes on changing beyond both neighbours it falls; else the centroid is
-    taken midway. O(pixels).
+    taken midway. Beside a gap as narrow as a pixel or two, such as a burr's shadow, neither neighbour is as
+    bright or as dark as what lies in the pixel: what it lacks is on the gap's side, if the gap is quite
+    dark, and the centroid is taken midway again. O(pixels).
 
     """
     if radiance is None:
@@ -100,7 +107,28 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
     fall, step = np.nan_to_num(fall, posinf=0.0, neginf=0.0), np.nan_to_num(step, posinf=0.0, neginf=0.0)
     sigma = np.where(goes_on, _OFF_FALL, _OFF_EITHER) * np.abs(step - fall)
     sigma = np.hypot(sigma, _OFF_PEAK * np.nan_to_num(peak))
-    return np.where(goes_on, fall, 0.5 * (fall + step)), sigma
+    centroid = np.where(goes_on, fall, 0.5 * (fall + step))
+    first, last = _lacking(radiance, direction)
+    gap = (first > 0.0) | (last > 0.0)
+    sigma = np.hypot(sigma, _OFF_LACKING * np.maximum(first, last))
+    return np.where(gap, 0.5 * (centroid + 0.5 * (first - last)), centroid), sigma
+
+
+def _lacking(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
+    """(h, w) shares of its light that a pixel lacks beside a gap of a pixel or two, before it or after it.
+
+    A shadow, or a dark flank, between two bright surfaces: the pixels on either side of it lack light that
+    those beyond them have, each going on as it comes. 0 elsewhere.
+    """
+    beside = zip(_beside(radiance, direction), _beside(radiance, direction, by=2), strict=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        before, after = (
+            np.nan_to_num(1.0 - radiance / (near * np.minimum(near / far, 1.0)), posinf=0.0, neginf=0.0)
+            for near, far in beside
+        )
+    first = (after > _LACKS) & (_beside(before, direction)[0] > _LACKS)
+    last = (before > _LACKS) & (_beside(after, direction)[1] > _LACKS)
+    return np.where(first, after, 0.0), np.where(last, before, 0.0)
 
 
 def _slope(u_px: Floats, direction: int) -> Floats:

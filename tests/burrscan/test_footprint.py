@@ -89,6 +89,33 @@ def test_a_glint_narrower_than_a_pixel_may_lie_anywhere_in_it(direction: int, sh
     assert across == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("direction", [0, 1])
+@pytest.mark.parametrize("dark", [0.0, 0.1])
+@pytest.mark.parametrize(("first", "last"), [(-0.1, 0.9), (0.1, 0.9), (-0.2, 1.1)])
+def test_beside_a_gap_of_a_pixel_or_two_light_comes_from_the_far_side_of_it(
+    direction: int, dark: float, first: float, last: float
+) -> None:
+    """A shadow between a floor and a flank half as bright again: its pixels know not how dark it is."""
+    for floor, flank, way in ((1.0, 1.5, 1), (1.5, 1.0, 1), (1.0, 1.5, -1)):
+        x = (np.arange(9 * _FINE) + 0.5) / _FINE - 4.5
+        light = np.where(x < first, floor, np.where(x < last, dark, flank)).reshape(9, _FINE)
+        truth = (x.reshape(9, _FINE) - np.arange(-4, 5)[:, None]) * light
+        image = np.broadcast_to(light.mean(axis=1)[::way], (3, 9)).copy()
+        moved, sigma = centroids(image.T if direction == 0 else image, direction)
+        moved, sigma = (each.T if direction == 0 else each for each in (moved, sigma))
+        for pixel in (4, 5):  # those that the gap's ends are in
+            true = truth[pixel].sum() / light[pixel].sum()
+            off = way * moved[1, ::way][pixel] - true
+            assert abs(off) < 0.75 * abs(true)
+            assert abs(off) < 1.5 * sigma[1, ::way][pixel]
+
+
+def test_what_varies_by_a_quarter_from_pixel_to_pixel_has_no_gaps() -> None:
+    """Turned metal: what its pixels lack of their neighbours' light is its own."""
+    light = 1.0 + 0.25 * np.cos(np.pi * np.arange(40))
+    assert np.abs(centroids(np.broadcast_to(light, (3, 40)).copy(), 1)[1][1, 3:-3]).max() < 0.1
+
+
 def test_across_the_gradient_nothing_moves() -> None:
     image = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (3, 3))
     centroid, sigma = centroids(image, 0)

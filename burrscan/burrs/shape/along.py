@@ -11,19 +11,20 @@ from burrscan.burrs.shape.ridge import HUBER, Ridge, between, huber
 
 _ALIKE = 0.01
 """Heights along a burr are alike unless chance gives such differences more rarely than this."""
+_FEWEST = 3
+"""Stretches from which their differences say anything."""
 
 
 def height_of(patch: Patch, ridge: Ridge, *, least_mm: float) -> tuple[float, float]:
     """Largest height along the burr and its standard deviation.
 
     The burr is cut into stretches of at least ``least_mm``, each with a height of its own. Where these differ
-    by no more than noise would make them (Cochran's Q, 1 %) the common height is the answer, else that of the
-    higher ones: see :func:`largest`.
+    by less than noise makes them the common height is the answer: see :func:`largest`.
     """
     sigma = ridge.sigma_of([1, 0, 0, 0, 0])
     length = ridge.end_mm - ridge.start_mm
     count = int(np.clip(length / least_mm, 1, 24))
-    if count < 3:
+    if count < _FEWEST:
         return ridge.height_mm, sigma
     part = between(patch, (ridge.start_mm, ridge.end_mm))
     stretch = np.minimum((part.u_mm - ridge.start_mm) / length * count, count - 1).astype(np.int64)
@@ -48,26 +49,31 @@ def _relative_heights(patch: Patch, ridge: Ridge, stretch: Ints, count: int) -> 
     return share, weight, float(huber(left).sum()) / max(len(left) - count, 1)
 
 
-def largest(share: Floats, weight: Floats) -> tuple[float, float]:
-    """Largest of several heights, relative to the common one, and its sigma; (1, 0) where all are alike.
+def largest(share: Floats, weight: Floats, *, clear: bool = False) -> tuple[float, float]:
+    """Largest of several heights, relative to the common one, and its sigma; (1, 0) where all are the same.
 
-    Where the higher ones, at least half of them, are alike, it is their mean: the lower ones lie at corners
-    of the part, or the burr is lower there. Else a random-effects model: the spread of the true heights by
-    DerSimonian & Laird (1986), then the posterior mean of each.
+    Of the higher ones that are alike, at least half of them, or of all where no half is: the lower ones lie
+    at corners of the part, or the burr is lower there. What noise does not explain of their differences is a
+    random effect (spread by DerSimonian & Laird 1986), and the answer the largest of their posterior means.
+    Where noise is more alike from one height to the next than ``weight`` knows, only ``clear`` differences
+    count: what is alike is then one height.
     """
     known = weight > 0.2 * np.median(weight)
     order = np.argsort(-share[known], kind="stable")
     h, w = share[known][order], weight[known][order]
-    for count in range(len(h), max((len(h) - 1) // 2, 2), -1):
-        most, excess = _common(h[:count], w[:count])
-        if excess < chdtri(count - 1, _ALIKE):
-            if count == len(share):
-                return 1.0, 0.0
-            return most, float(np.sqrt(max(1.0 / w[:count].sum() - 1.0 / weight.sum(), 0.0)))
-    if len(h) < 3:
+    if len(h) < _FEWEST:
         return 1.0, 0.0
+    alike = False
+    for count in range(len(h), max((len(h) - 1) // 2, 2), -1):
+        if _common(h[:count], w[:count])[1] < chdtri(count - 1, _ALIKE):
+            h, w, alike = h[:count], w[:count], True
+            break
     mean, excess = _common(h, w)
     spread = (excess - len(h) + 1.0) / (w.sum() - w @ w / w.sum())
+    if spread <= 0.0 or (alike and clear):
+        if len(h) == len(share):
+            return 1.0, 0.0
+        return mean, float(np.sqrt(max(1.0 / w.sum() - 1.0 / weight.sum(), 0.0)))
     drawn = mean + (h - mean) * spread / (spread + 1.0 / w)
     highest = int(np.argmax(drawn))
     return float(drawn[highest]), float(np.sqrt(1.0 / (w[highest] + 1.0 / spread)))

@@ -59,7 +59,7 @@ def crest_of(
     stretches = max(int(length / least_mm), 1)
     height, weight = _stretches(top[seen] + missed, seen * stretches // slices, stretches)
     common = float(weight @ height / weight.sum())
-    gain, gain_sigma = largest(height / common, weight * common**2)
+    gain, gain_sigma = largest(height / common, weight * common**2, clear=True)  # rows are shared by slices
     noise = np.hypot(1.0 / np.sqrt(weight.sum()), common * gain_sigma)
     row = 2.0 * float(np.median(missed)) / np.sqrt(12.0)  # evenly within the distance between two rows
     return Value(common * gain, float(np.hypot(noise, row)))
