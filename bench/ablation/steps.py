@@ -148,6 +148,7 @@ STEPS: tuple[Step, ...] = (
     Step("lens of the projector found", "scan", {"burrscan.scan.adaptive:lens_of": lambda *_, **__: Lens()}),
     Step("what that leaves stated", "scan", {f"{_ROUNDS}:left": _no_correction}),
     Step("glints narrower than a pixel unsure", "scan", {"burrscan.footprint:_OFF_PEAK": 0.0}),
+    Step("columns beside narrow gaps", "scan", {"burrscan.footprint:_LACKS": np.inf}),
     Step(
         "border of the projector's picture dropped",
         "scan",
@@ -274,6 +275,7 @@ STEPS: tuple[Step, ...] = (
             f"{_RESIDUAL}:is_an_edge": _no,
         },
     ),
+    Step("a stump is not the burr", "burrs", {f"{_RESIDUAL}:_STUMP": 0.0}),
     Step("what corners mirror is no burr", "burrs", {f"{_RESIDUAL}:is_interreflected": _no}),
     Step("light along edges", "burrs", {f"{_RESIDUAL}:along_edges": lambda *_, **__: []}),
     Step(

@@ -18,7 +18,7 @@ from burrscan.burrs.field import Field, field_of
 from burrscan.burrs.grazed import FLATTEST, facing
 from burrscan.burrs.height import judged, with_height
 from burrscan.burrs.interreflected import is_interreflected
-from burrscan.burrs.light.call import around, belongs, called, doubted, placed
+from burrscan.burrs.light.call import around, belongs, called, doubted, placed, share_of
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.flat import is_an_edge
 from burrscan.burrs.light.shine import MIRRORED, mirrored, walls_share
@@ -42,6 +42,9 @@ _HALO, _CREST = 0.2, 0.95
 _CLEARLY = 0.5
 """Share of the larger evidence from which a side's smaller one leaves the side open: flanks that mirror show
 both."""
+_STUMP = 0.5
+"""Share of a disturbed place's rows: depth that shows less of it shows a stump of what stands there, and what
+light tells of the whole counts."""
 _EDGE_SPACINGS = 4.0
 """So many vertex spacings beside an edge no surface is faced either: cells and fillets are as wide."""
 _FEWEST_INSIDE = 4
@@ -145,7 +148,7 @@ def burrs_residual(
         shines = mirrored(looks, surface)
         certain = [one._replace(burr=_less_sure(one.burr, share=MIRRORED * shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
-        certain, dark = _told_by_light(certain, places, surface)
+        certain, dark = _told_by_light(certain, places, surface, axis)
         dark = [place for place in dark if not place.grazed]
         seen = [called(place, surface, axis) for place in dark]
         if not several_views:
@@ -277,11 +280,12 @@ def _measured(sight: Sight, surface: Unrolled, place: Place) -> Floats:
 
 
 def _told_by_light(
-    certain: list[_Certain], places: list[Place], surface: Unrolled
+    certain: list[_Certain], places: list[Place], surface: Unrolled, axis: Axis
 ) -> tuple[list[_Certain], list[Place]]:
     """The burrs less those of another side than the light tells, and places with no burr left.
 
-    The largest place speaks first: what lies beside a burr that it confirmed is that burr's mirror image.
+    A burr of which depth shows a stump is as the light tells it. The largest place speaks first: what lies
+    beside a burr that it confirmed is that burr's mirror image.
     """
     open_ = list(certain)
     confirmed: list[_Certain] = []
@@ -296,9 +300,13 @@ def _told_by_light(
             side = _of_one_mind(beside) or side
         same = [one for one in beside if one.burr.sign == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
-        confirmed += [one._replace(burr=doubted(one.burr, place, surface), place=place) for one in same]
         if not same:
             dark.append(place)
+        elif side == place.side and share_of(place, [one.burr for one in same], surface) < _STUMP:
+            stump = max(same, key=lambda one: one.size)
+            confirmed.append(stump._replace(burr=called(place, surface, axis), place=place))
+        else:
+            confirmed += [one._replace(burr=doubted(one.burr, place, surface), place=place) for one in same]
     return open_ + confirmed, dark
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,13 @@ def belongs(burr: Burr, place: Place, surface: Unrolled) -> bool:
     turn = turn_rad(surface.angle[columns] - np.radians(burr.angle_deg.value))
     half = 0.5 * burr.width_mm.value if np.isfinite(burr.width_mm.value) else 0.0
     return bool(np.abs(turn).min() * r <= reach + half)
+
+
+def share_of(place: Place, burrs: Sequence[Burr], surface: Unrolled) -> float:
+    """Share of a place's rows that burrs reach along the axis."""
+    z = surface.z_mm[np.unique(np.nonzero(place.cells)[0])]
+    reached = [(z >= burr.z_start_mm.value) & (z <= burr.z_end_mm.value) for burr in burrs]
+    return float(np.any(reached, axis=0).mean()) if reached else 0.0
 
 
 def around(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> bool:

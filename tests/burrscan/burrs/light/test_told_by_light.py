@@ -187,16 +187,18 @@ def test_what_the_light_leaves_open_the_depth_decides(
     Where the depth shows both sides, as flanks do that mirror the wheel, it does not decide.
     """
     monkeypatch.setattr(residual, "belongs", lambda *_: True)
+    monkeypatch.setattr(residual, "share_of", lambda *_: 1.0)
     monkeypatch.setattr(residual, "doubted", lambda burr, *_: burr)
     seen, on = SimpleNamespace(), np.zeros(0, int)
     nick = residual._Certain(seen, SimpleNamespace(sign=-1), 225.0, on)  # type: ignore[arg-type]
     halo = residual._Certain(seen, SimpleNamespace(sign=1), other, on)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
-    certain, dark = residual._told_by_light([halo, nick], [place], SimpleNamespace())  # type: ignore[arg-type]
+    unused: Any = SimpleNamespace()
+    certain, dark = residual._told_by_light([halo, nick], [place], unused, unused)
     assert [one.burr for one in certain] == [(nick if kept else halo).burr]
     assert certain[0].place is place
     assert dark == []
-    assert residual._told_by_light([], [place], SimpleNamespace()) == ([], [place])  # type: ignore[arg-type]
+    assert residual._told_by_light([], [place], unused, unused) == ([], [place])
 
 
 def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
@@ -258,6 +260,24 @@ def test_a_place_most_of_which_has_no_depth_is_no_edge_of_brightness() -> None:
     (burr,) = burrs_of(scene, seen=True)
     assert burr.side == "protrusion"
     assert abs(turned(burr.angle_deg.value - angle_at(scene, 20.0, -1.5))) < 1.0
+
+
+def test_a_stump_that_depth_shows_is_not_all_that_stands_there() -> None:
+    """Of a ground ridge the depth was sure of the last 0.7 mm alone, and the light's 13 mm were lost."""
+    scene = Scene()
+    cells = scene.band(20.0, 4.4, -15.0, 12.0)
+    rng = np.random.default_rng(1)
+    scene.log_light[cells] -= 2.6
+    scene.lost |= cells & (rng.random(cells.shape) < 0.6)
+    scene.lift_mm[cells] += 0.25 * rng.choice([-1.0, 1.0], np.count_nonzero(cells))
+    end = scene.band(20.0, 4.4, 7.0, 12.0)
+    scene.lost &= ~end
+    scene.lift_mm[end] = 0.5
+    (stump,) = burrs_of(scene, seen=False)
+    assert stump.length_mm.value < 8.0
+    (burr,) = burrs_of(scene, seen=True)
+    assert burr.side == "protrusion"
+    assert burr.length_mm.value == pytest.approx(27.0, abs=3.0)
 
 
 def test_walls_that_mirror_each_other_show_two_depths_at_one_place() -> None:
