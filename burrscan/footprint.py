@@ -37,10 +37,10 @@ the standard deviation of the centroid, in pixels: a glint narrower than a pixel
 if all places are alike. On 33 rendered wheels, of pixels with over two fifths such light, 4.8 % were over
 five of their stated deviations off without it, and 0.3 % are with it."""
 _LACKS, _OFF_LACKING = 0.5, 0.5
-"""Share of its light that a pixel lacks from which on a gap is beside it: on turned metal up to a third is its
-own, and moves no centroid. And per share the standard deviation of the centroid, in pixels, which is as far
-off if all that a pixel lacks is on one side: on 16 rendered wheels half of such pixels were off by more than
-0.2 of one, at a stated 0.02 to 0.1."""
+"""Share of its light that a pixel lacks from which on a gap is beside it: on turned metal up to a third is
+its own, and moves no centroid. And per share the standard deviation of the centroid, in pixels: it is as far
+off if all that a pixel lacks is on one side, and on 16 rendered wheels half of such pixels were off by more
+than 0.2 of one, at a stated 0.02 to 0.1."""
 
 
 def at_centres(correspondence: Correspondence, radiance: Floats32 | None) -> Correspondence:
