@@ -92,14 +92,15 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
     """
     light = np.where(radiance > 0.0, radiance, np.nan)
     dark = _DARK * light
-    before, after = np.maximum(_beside(radiance, direction), dark)
+    near, far = _beside(radiance, direction), _beside(radiance, direction, by=2)
+    before, after = np.maximum(near, dark)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         rate = 0.5 * np.log(after / before)  # of an exponential, per pixel
         fall = np.where(np.abs(rate) > _FLAT, 0.5 / np.tanh(0.5 * rate) - 1.0 / rate, rate / 12.0)
         # the step lies at s from the centre: before · (s + 1/2) + after · (1/2 - s) is the pixel's light
         s = np.clip((radiance - 0.5 * (before + after)) / (before - after), -0.5, 0.5)
         step = (before - after) * (s * s - 0.25) / (2.0 * radiance)
-        further = np.maximum(_beside(radiance, direction, by=2), dark)
+        further = np.maximum(far, dark)
         outside = np.log(before / further[0]) + np.log(further[1] / after)
         share = outside / (2.0 * rate)
         goes_on = (share > _GOES_ON[0]) & (share < _GOES_ON[1])
@@ -108,23 +109,25 @@ def centroids(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
     sigma = np.where(goes_on, _OFF_FALL, _OFF_EITHER) * np.abs(step - fall)
     sigma = np.hypot(sigma, _OFF_PEAK * np.nan_to_num(peak))
     centroid = np.where(goes_on, fall, 0.5 * (fall + step))
-    first, last = _lacking(radiance, direction)
+    first, last = _lacking(radiance, near, far, direction)
     gap = (first > 0.0) | (last > 0.0)
     sigma = np.hypot(sigma, _OFF_LACKING * np.maximum(first, last))
     return np.where(gap, 0.5 * (centroid + 0.5 * (first - last)), centroid), sigma
 
 
-def _lacking(radiance: Floats, direction: int) -> tuple[Floats, Floats]:
+def _lacking(
+    radiance: Floats, near: tuple[Floats, Floats], far: tuple[Floats, Floats], direction: int
+) -> tuple[Floats, Floats]:
     """(h, w) shares of its light that a pixel lacks beside a gap of a pixel or two, before it or after it.
 
     A shadow, or a dark flank, between two bright surfaces: the pixels on either side of it lack light that
-    those beyond them have, each going on as it comes. 0 elsewhere.
+    those beyond them have, each going on as it comes. 0 elsewhere. ``near`` and ``far`` are the images one
+    pixel and two before and after.
     """
-    beside = zip(_beside(radiance, direction), _beside(radiance, direction, by=2), strict=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         before, after = (
-            np.nan_to_num(1.0 - radiance / (near * np.minimum(near / far, 1.0)), posinf=0.0, neginf=0.0)
-            for near, far in beside
+            np.nan_to_num(1.0 - radiance / (one * np.minimum(one / two, 1.0)), posinf=0.0, neginf=0.0)
+            for one, two in zip(near, far, strict=True)
         )
     first = (after > _LACKS) & (_beside(before, direction)[0] > _LACKS)
     last = (before > _LACKS) & (_beside(after, direction)[1] > _LACKS)

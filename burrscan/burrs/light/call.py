@@ -57,7 +57,7 @@ def share_of(place: Place, burrs: Sequence[Burr], surface: Unrolled) -> float:
     """Share of a place's rows that burrs reach along the axis."""
     z = surface.z_mm[np.unique(np.nonzero(place.cells)[0])]
     reached = [(z >= burr.z_start_mm.value) & (z <= burr.z_end_mm.value) for burr in burrs]
-    return float(np.any(reached, axis=0).mean()) if reached else 0.0
+    return float(np.any(reached, axis=0).mean())
 
 
 def around(burr: Burr, place: Place, surface: Unrolled, axis: Axis) -> bool:

@@ -51,7 +51,7 @@ _BESIDE_BORDER_CELLS = 4
 """How far beyond what an edge crosses light on either side is looked at."""
 _BORDER = 0.4
 """Difference of the light on either side, over its largest step, from which it is a border: the one of a
-patch of chatter on a rendered wheel had 0.7, lines at 140 burrs at most 0.1."""
+patch of chatter on a rendered wheel had 0.7, lines at 50 burrs at most 0.08."""
 _EDGES_BY_DEPTH, _EDGES_BY_LIGHT = 2.0, 1.0
 """Most that is put down to edges, over what one does. A line has two, which is 1.4 as a root of squares, and
 lenses spread them over two pixels. What the light tells of has evidence besides its depth: there one."""

@@ -25,6 +25,15 @@ def mirrored(scene: Scene) -> None:
     scene.lost |= scene.band(-11.1, 2.6, -15.0, 12.0)
 
 
+def mostly_dark(scene: Scene) -> None:
+    """A ridge most of which is dark and has no depth; the rest cancels, for light bounced."""
+    cells = scene.band(20.0, 4.4, -15.0, 12.0)
+    rng = np.random.default_rng(1)
+    scene.log_light[cells] -= 2.6
+    scene.lost |= cells & (rng.random(cells.shape) < 0.6)
+    scene.lift_mm[cells] += 0.25 * rng.choice([-1.0, 1.0], np.count_nonzero(cells))
+
+
 def angle_at(scene: Scene, around_mm: float, along_mm: float) -> float:
     part = scene.in_part(scene.place_mm(around_mm, along_mm))
     return float(np.degrees(np.arctan2(part[1], part[0])))
@@ -249,13 +258,9 @@ def test_what_may_be_a_scratch_is_left_to_other_views_where_there_are_some(
 
 
 def test_a_place_most_of_which_has_no_depth_is_no_edge_of_brightness() -> None:
-    """Of a polished ridge most is dark, and the rest cancels, for light bounced; no scratch hides so much."""
+    """No scratch hides so much; polished ridges were dropped as one."""
     scene = Scene()
-    cells = scene.band(20.0, 4.4, -15.0, 12.0)
-    rng = np.random.default_rng(1)
-    scene.log_light[cells] -= 2.6
-    scene.lost |= cells & (rng.random(cells.shape) < 0.6)
-    scene.lift_mm[cells] += 0.25 * rng.choice([-1.0, 1.0], np.count_nonzero(cells))
+    mostly_dark(scene)
     assert burrs_of(scene, seen=False) == ()
     (burr,) = burrs_of(scene, seen=True)
     assert burr.side == "protrusion"
@@ -265,11 +270,7 @@ def test_a_place_most_of_which_has_no_depth_is_no_edge_of_brightness() -> None:
 def test_a_stump_that_depth_shows_is_not_all_that_stands_there() -> None:
     """Of a ground ridge the depth was sure of the last 0.7 mm alone, and the light's 13 mm were lost."""
     scene = Scene()
-    cells = scene.band(20.0, 4.4, -15.0, 12.0)
-    rng = np.random.default_rng(1)
-    scene.log_light[cells] -= 2.6
-    scene.lost |= cells & (rng.random(cells.shape) < 0.6)
-    scene.lift_mm[cells] += 0.25 * rng.choice([-1.0, 1.0], np.count_nonzero(cells))
+    mostly_dark(scene)
     end = scene.band(20.0, 4.4, 7.0, 12.0)
     scene.lost &= ~end
     scene.lift_mm[end] = 0.5
