@@ -10,13 +10,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.axis.fitting.correlogram import NONE
 from burrscan.axis.fitting.fit import Fit
 from burrscan.axis.fitting.scales import Thickness, thickness_of
 from burrscan.axis.points.cloud import canonical_cloud
 from burrscan.burrs.describe import Site
 from burrscan.burrs.field import Field
+from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.noise.correlated_noise import Noise, noise_around
 from burrscan.burrs.shape.patch import Patch
@@ -101,6 +102,10 @@ def _no(*_: Any, **__: Any) -> bool:
 def _by_rows(rest: Floats, _: Floats, *, least: float) -> Floats:
     """(rows, 1) what cells scatter by, told by their row alone."""
     return row_sigma(rest, least=least)[:, None]
+
+
+def _by_itself(brightness: Floats, known: Bools, _: Floats, **window: int) -> tuple[Floats, Floats, Floats]:
+    return excess(brightness, known, **window)
 
 
 def _one_height(_: Patch, ridge: Ridge, **__: Any) -> tuple[float, float]:
@@ -288,6 +293,7 @@ STEPS: tuple[Step, ...] = (
         {f"{_DISTURBED}:cell_sigma": _by_rows},
     ),
     Step("depths that are noise are none", "burrs", {f"{_DISTURBED}:depths_are_noise": lambda *_: False}),
+    Step("parallels share a highlight", "burrs", {f"{_DISTURBED}:excess_of_lobe": _by_itself}),
     Step(
         "ends that the wheel hides are no edges",
         "burrs",

@@ -134,6 +134,7 @@ def burrs_residual(
     certain = _with_a_curve_around(certain, field, faces)
     known = _place_known(axis, within_mm=field.spacing_mm)
     seen: list[Burr] = []
+    shines = 0.0
     if sight is None:
         certain = [one for one in certain if one.burr.height_mm.value <= tallest_mm]
     else:
@@ -142,11 +143,11 @@ def burrs_residual(
         )
         if not known:
             places = []
+        shines = mirrored(looks, surface)
         image = partial(is_interreflected, axis=axis, line=line, rig=sight.rig)
         certain = [one for one in certain if not image(vertices_mm[_crest_of(field, one)])]
         places = [place for place in places if not image(_measured(sight, surface, place))]
-        shines = mirrored(looks, surface)
-        certain = [one._replace(burr=_less_sure(one.burr, share=MIRRORED * shines)) for one in certain]
+        certain = [one._replace(burr=_mirroring(one.burr, shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
         certain, dark = _told_by_light(certain, places, surface, axis)
         dark = [place for place in dark if not place.grazed]
@@ -170,7 +171,8 @@ def burrs_residual(
     if sight is not None:
         if known and not several_views:
             burrs += along_edges(sight, axis, generatrix, called=burrs)
-        burrs = [_less_sure(burr, share=walls_share(burr)) for burr in burrs]
+        scattered = float(np.sqrt(1.0 - shines**2))
+        burrs = [_less_sure(burr, share=scattered * walls_share(burr)) for burr in burrs]
     return tuple(judged(burr, limit_mm) for burr in sorted(burrs, key=lambda burr: -burr.significance))
 
 
@@ -315,6 +317,14 @@ def _of_one_mind(beside: list[_Certain]) -> int:
     up, down = (max((one.size for one in beside if one.burr.sign == sign), default=0.0) for sign in (1, -1))
     clear = min(up, down) < _CLEARLY * max(up, down)
     return (1 if up > down else -1) if clear else 0
+
+
+def _mirroring(burr: Burr, shines: float) -> Burr:
+    """The burr less sure by what of its light is mirrored, before it is compared with what the light tells.
+
+    That knows the light that walls mirror into each other. What they scatter neither knows.
+    """
+    return _less_sure(burr, share=shines * float(np.hypot(MIRRORED, walls_share(burr))))
 
 
 def _less_sure(burr: Burr, *, share: float) -> Burr:

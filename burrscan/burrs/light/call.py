@@ -9,7 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.burrs.height import combined, with_height
-from burrscan.burrs.light.disturbed import Place
+from burrscan.burrs.light.disturbed import HIGH, Place
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.burrs.pose import pose_on_surface, share_around, turned_to
 from burrscan.inspection import Axis, Burr, Value, side_of
@@ -82,8 +82,9 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     Burrs mirrored in each other's flanks, or in the wheel beside them, look higher than they are. Where its
     height is above what is told of the place without it, and no burr of that height explains what is seen
     nearly as well as others do, it takes the height told. So it does where much of the place has no depth and
-    its height contradicts the one told; where it does not, its sigma grows by the part of the place that
-    nobody measured. What is then left of depth and light has little in common, and each has its weight.
+    its height contradicts the one told, or is one that explains nothing, however little is told; where it
+    does not, its sigma grows by the part of the place that nobody measured. What is then left of depth and
+    light has little in common, and each has its weight.
 
     With the baseline along the burr what bounced off its flanks leaves the plane of the rays, and passes for
     no depth that all rows share: what a fifth of a place's depths exceed is its height then, where all of it
@@ -92,8 +93,8 @@ def doubted(burr: Burr, place: Place, surface: Unrolled) -> Burr:
     """
     told, depth, share = _told(place, surface, side=burr.sign), burr.height_mm, place.hidden
     off = (depth.value - told.value) / told.sigma
-    bounced = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
-    doubtful = (bounced and off > _CONTRADICTS) or (share > _MUCH and abs(off) > _CONTRADICTS)
+    never = place.told is not None and place.told.contradicts(depth.value, side=burr.sign)
+    doubtful = (never and off > _CONTRADICTS) or (share > _MUCH and (never or abs(off) > _CONTRADICTS))
     if doubtful and not (place.told is not None and _lengthways(place, surface)):
         return with_height(burr, told, share=told.sigma / told.value)
     seen_mm = place.seen_mm(burr.sign)
@@ -174,16 +175,16 @@ def _seen(seen_mm: float, place: Place, told: Value) -> Value:
 
 
 def _unseen(place: Place, told: Value) -> Value:
-    """The height of a place where no depth shows a burr: the one told, or that of its depths if it is less.
+    """The height of a place where no depth shows a burr: the one told, with that of its depths if it is less.
 
     Light that bounced between burr and wheel looks farther from the surface than what it came from, so depths
-    that stay below what the light lets expect came directly.
+    that stay below what the light lets expect came directly. Of a triangle all depths are equally frequent:
+    what a fifth of them exceed is four fifths of its height.
     """
     seen_mm = place.seen_mm(place.side)
     if place.hidden > _HIDDEN or not 0.0 < seen_mm < told.value:
         return told
-    seen = _seen(seen_mm, place, told)
-    return combined(seen, told) if place.lit > 0.0 else seen
+    return combined(_seen(seen_mm / HIGH, place, told), told)
 
 
 def called(place: Place, surface: Unrolled, axis: Axis) -> Burr:

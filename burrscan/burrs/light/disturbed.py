@@ -13,12 +13,12 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.aside import MOST, aside, stand
-from burrscan.burrs.light.brightness import excess
 from burrscan.burrs.light.flat import depth_of_a_pixel_mm, wanders_flat
 from burrscan.burrs.light.lines import lines
+from burrscan.burrs.light.lobe import excess_of_lobe
 from burrscan.burrs.light.noisy import depths_are_noise
 from burrscan.burrs.light.row_sigma import cell_sigma
-from burrscan.burrs.light.side import Looks, Told, told_of
+from burrscan.burrs.light.side import Looks, Told, tilts_deg, told_of
 from burrscan.burrs.light.unrolled import Unrolled, unrolled
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Generatrix
@@ -68,7 +68,7 @@ _BLIND, _PLAIN = 0.5, 2.0
 """The same cosine, 60 degrees, of a place most of which has no depth, unless its light is off by a factor 7:
 what is looked at flatly is lost for other reasons, too. On rendered wheels such places of 0.38 to 0.5 were
 burrs once and six times none; where depth was measured 18 of 21 were burrs."""
-_HIGH = 0.8
+HIGH = 0.8
 """Share of a place's depths below what stands for its height: the highest of them are noise."""
 
 
@@ -182,7 +182,9 @@ def disturbed(
     half = max(round(2.7 * widest_mm / surface.step_mm), 4 * gap)
     with np.errstate(divide="ignore"):
         brightness = np.where(known, np.log(light), np.nan)
-    rest, predicted, scatter = excess(brightness, known, half=half, gap=gap)
+    turn = float(np.degrees(surface.angle[1] - surface.angle[0]))
+    tilt = tilts_deg(surface, np.arange(len(surface.r_mm))) / turn
+    rest, predicted, scatter = excess_of_lobe(brightness, known, tilt, half=half, gap=gap)
     measured, deviation = _depth(sight, axis, generatrix, surface)
     depths = np.where(measured & surface.open, deviation, np.nan)
     calm = cell_sigma(depths, surface.facing, least=_LEAST_SCATTER)
@@ -292,6 +294,6 @@ def _place(cells: Bools, hole: Bools, deviation: Floats, rest: Floats) -> Place:
         below=int((depth < 0.0).sum()),
         unmeasured=int((cells & hole).sum()),
         contrast=float(np.nanmedian(np.abs(rest[cells]))),
-        crest_mm=float(np.quantile(depth, _HIGH)) if len(depth) else np.nan,
-        floor_mm=float(np.quantile(-depth, _HIGH)) if len(depth) else np.nan,
+        crest_mm=float(np.quantile(depth, HIGH)) if len(depth) else np.nan,
+        floor_mm=float(np.quantile(-depth, HIGH)) if len(depth) else np.nan,
     )

@@ -41,10 +41,11 @@ def mirrored(looks: Looks, surface: Unrolled) -> float:
     O(rows looked at · columns).
     """
     known = np.flatnonzero((surface.open & np.isfinite(looks.predicted)).any(axis=1))
+    rows = known[:: max(len(known) // _ROWS, 1)]
+    near = surface.open[rows] & (np.abs(tilts_deg(surface, rows)) < _NEAR_DEG)
     falls = []
-    for row in known[:: max(len(known) // _ROWS, 1)]:
-        near = surface.open[row] & (np.abs(tilts_deg(surface, int(row))) < _NEAR_DEG)
-        light = looks.predicted[row, near]
+    for row, beside in zip(rows, near, strict=True):
+        light = looks.predicted[row, beside]
         if np.isfinite(light).any():
             falls.append(float(np.nanmax(light) - np.nanmin(light)))
     return float(1.0 - np.exp(-np.median(falls))) if falls else 0.0

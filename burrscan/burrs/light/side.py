@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Bools, Floats, freeze
+from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.axis.basis import perpendicular_basis
 from burrscan.burrs.light.medians import column_medians, measured_share
 from burrscan.burrs.light.section import BOUNCE_TILTS_DEG, TILTS_DEG, misfits
@@ -152,7 +152,7 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     beside = int(_BESIDE_MM / (turn * r)) + 1
     near = slice(max(int(columns.min()) - beside, 0), int(columns.max()) + beside + 1)
     parallel = column_medians(looks.predicted[used])
-    tilt = tilts_deg(surface, middle)
+    tilt = tilts_deg(surface, np.array([middle]))[0]
     lobe = _lobe(tilt, parallel)
     if lobe is None:
         return None
@@ -189,14 +189,14 @@ def told_of(cells: Bools, looks: Looks, surface: Unrolled, *, widest_mm: float) 
     return Told(widths, aspects, best, centres, there)
 
 
-def tilts_deg(surface: Unrolled, row: int) -> Floats:
-    """(columns,) angles, degrees, from the half-way direction to the normal of a row, square to the axis."""
-    angle, r, z = surface.angle, float(surface.r_mm[row]), float(surface.z_mm[row])
-    points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(angle.shape, z)], axis=-1)
+def tilts_deg(surface: Unrolled, rows: Ints) -> Floats:
+    """(rows, columns) degrees from the half-way direction to the normal of some rows, square to the axis."""
+    angle, r, z = surface.angle, surface.r_mm[rows, None], surface.z_mm[rows, None]
+    x, y, z = np.broadcast_arrays(r * np.cos(angle), r * np.sin(angle), z)
+    points = np.stack([x, y, z], axis=-1)
     towards = [centre - points for centre in (surface.camera_mm, surface.projector_mm)]
     half = sum(one / np.linalg.norm(one, axis=-1, keepdims=True) for one in towards)
-    turn: Floats = np.degrees(angle - np.arctan2(half[:, 1], half[:, 0]))
-    return turn_deg(turn)
+    return turn_deg(np.degrees(angle - np.arctan2(half[..., 1], half[..., 0])))
 
 
 def _lobe(tilt: Floats, brightness: Floats) -> Floats | None:

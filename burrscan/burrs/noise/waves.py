@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from burrscan.arrays import Floats, Ints, Ints32
-from burrscan.robust import SIGMA_PER_MEDIAN
+from burrscan.arrays import Floats, Ints32
+from burrscan.robust import SIGMA_PER_MEDIAN, medians_of
 
 _WINDOW_MM = 15.0
 """Side of the surroundings: five times the width of the widest burr that is asked for."""
@@ -50,25 +50,16 @@ def without_waves(
     size = max(round(_WINDOW_MM / _BLOCKS / step_mm), _FEWEST_CELLS)
     blocks = tuple(-(-side // size) for side in shape)
     block = np.ravel_multi_index((cell[:, 0] // size, cell[:, 1] // size), blocks)
-    place = (cell + 0.5) / size - 0.5
+    place, count = (cell + 0.5) / size - 0.5, int(np.prod(blocks))
     left, spread = deviation, np.zeros(len(deviation))
     most = _PAYS * float(np.median(np.abs(deviation)))
     for _ in range(_PASSES):
-        middle, scatter = _around(_medians(left, block, blocks), closed=closed)
+        middle, scatter = _around(medians_of(left, block, count).reshape(blocks), closed=closed)
         left = left - _between(middle, place, closed=closed)
         if not np.median(np.abs(left)) < most:
             return None
         spread = np.maximum(spread, _between(scatter, place, closed=closed))
     return left, spread
-
-
-def _medians(values: Floats, block: Ints, shape: tuple[int, ...]) -> Floats:
-    """(rows, columns) median of the values in each block, NaN where there are none."""
-    order = np.lexsort((values, block))
-    number, first, count = np.unique(block[order], return_index=True, return_counts=True)
-    medians = np.full(shape, np.nan)
-    medians.flat[number] = values[order[first + count // 2]]
-    return medians
 
 
 def _around(medians: Floats, *, closed: bool) -> tuple[Floats, Floats]:

@@ -1,0 +1,106 @@
+"""The lobe that all parallels of a part share: how bright cells are by how far they are turned from light.
+
+A parabola through what lies to both sides of a cell is a poor guess on the highlight of turned metal, which
+is as wide as the window that predicts it: it was 1.8 times as bright as predicted, all along the part. But
+every parallel shows that highlight, and the median over them knows nothing of the burrs on some.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burrscan.arrays import Bools, Floats
+from burrscan.burrs.light.brightness import excess
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY, medians_of
+
+_PASSES = 3
+"""Of the lobe and of the parallels' own levels in turn: the second knows of which part of it each shows."""
+_FEWEST = 40
+"""Tilts that a curve of seven parameters is fitted to."""
+_SLOW = 5
+"""Parameters of what changes slowly with the tilt, which each parallel's own parabolas follow as well."""
+_WIDTHS = np.geomspace(4.0, 40.0, 11)
+"""Of highlights, in columns: narrower ones are no wider than burrs, wider ones a parabola follows."""
+_LEAST_SCATTER = 1e-6
+"""Of the logarithm of the light; less is the arithmetic's."""
+
+
+def excess_of_lobe(
+    brightness: Floats, known: Bools, tilt: Floats, *, half: int, gap: int
+) -> tuple[Floats, Floats, Floats]:
+    """Brightness less what its parallel and the lobe of all parallels predict.
+
+    Parameters
+    ----------
+    brightness
+        (rows, columns) logarithm of the light.
+    known
+        True where it is to be believed.
+    tilt
+        (rows, columns) angle between normal and half-way direction, in columns; it rises along each row.
+    half, gap
+        Columns to each side that predict a cell, without the nearest ``gap``.
+
+    Returns
+    -------
+    tuple
+        As :func:`burrscan.burrs.light.brightness.excess`. A parallel that the lobe does not fit, of another
+        finish, is predicted by itself. O(cells · half).
+
+    """
+    plain = excess(brightness, known, half=half, gap=gap)
+    lobe = _lobe(brightness, known, tilt)
+    if lobe is None:
+        return plain
+    rest, predicted, scatter = excess(brightness - lobe, known, half=half, gap=gap)
+    both = np.isfinite(rest) & np.isfinite(plain[0])
+    size, usual = (np.where(both, np.abs(each), 0.0).sum(axis=1) for each in (rest, plain[0]))
+    fits = size < usual
+    return (
+        np.where(fits[:, None], rest, plain[0]),
+        np.where(fits[:, None], predicted + lobe, plain[1]),
+        np.where(fits, scatter, plain[2]),
+    )
+
+
+def _lobe(brightness: Floats, known: Bools, tilt: Floats) -> Floats | None:
+    """(rows, columns) the highlight at every cell; None where no tilt is known on enough parallels.
+
+    A curve of a few parameters is fitted to the medians over the parallels, for a burr may be as long as the
+    part: it must not pass for a lobe.
+    """
+    step = np.rint(tilt).astype(np.int64)
+    first = int(step.min())
+    at, row = (step - first)[known], np.nonzero(known)[0]
+    level, curve = np.zeros(len(brightness)), np.zeros(1 + int(step.max()) - first)
+    for _ in range(_PASSES):
+        median = medians_of(brightness[known] - level[row], at, len(curve))
+        there = np.isfinite(median)
+        if np.count_nonzero(there) < _FEWEST:
+            return None
+        x: Floats = np.arange(first, first + len(curve), dtype=np.float64)
+        slow, peak = _fitted(x, median, there)
+        curve = slow + peak
+        level = np.nan_to_num(medians_of(brightness[known] - curve[at], row, len(level)))
+    return np.interp(tilt - first, np.arange(len(curve)), peak)
+
+
+def _fitted(x: Floats, y: Floats, there: Bools) -> tuple[Floats, Floats]:
+    """(N,) slow part and highlight of the curve that is nearest to the known values, robustly."""
+    slow = np.vander(x / np.abs(x).max(), _SLOW)
+    best, least = (np.zeros(len(x)), np.zeros(len(x))), np.inf
+    for width in _WIDTHS:
+        basis = np.column_stack([slow, -np.log1p((x / width) ** 2)])
+        known, weight = basis[there], np.ones(np.count_nonzero(there))
+        for _ in range(_PASSES):
+            weighted = known * weight[:, None]
+            # no BLAS: the same bits on any number of cores
+            normal = np.einsum("ni,nj->ij", weighted, known)
+            share = np.linalg.solve(normal, np.einsum("ni,n->i", weighted, y[there]))
+            off = np.abs(y[there] - (known * share).sum(axis=1))
+            scale = SIGMA_PER_MEDIAN * max(float(np.median(off)), _LEAST_SCATTER)
+            weight = (1.0 - np.minimum((off / (TUKEY * scale)) ** 2, 1.0)) ** 2
+        if share[-1] > 0.0 and off.sum() < least:
+            parts = basis * share
+            best, least = (parts[:, :-1].sum(axis=1), parts[:, -1]), float(off.sum())
+    return best
