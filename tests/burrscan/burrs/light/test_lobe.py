@@ -67,6 +67,12 @@ def test_a_parallel_of_another_finish_is_predicted_by_itself() -> None:
     np.testing.assert_allclose((rest + predicted)[known], light[known])
 
 
+def test_what_is_dark_is_no_highlight() -> None:
+    _, tilt, known = part()
+    light = NOISE * np.random.default_rng(2).normal(size=tilt.shape) - highlight(tilt)
+    np.testing.assert_array_equal(with_lobe(light, tilt, known), excess(light, known, half=HALF, gap=GAP)[0])
+
+
 def test_nothing_known_is_no_error() -> None:
     light, tilt, known = part()
     rest, predicted, scatter = excess_of_lobe(light, np.zeros_like(known), tilt, half=HALF, gap=GAP)
