@@ -21,6 +21,8 @@ _SLOW = 5
 """Parameters of what changes slowly with the tilt, which each parallel's own parabolas follow as well."""
 _WIDTHS = np.geomspace(4.0, 40.0, 11)
 """Of highlights, in columns: narrower ones are no wider than burrs, wider ones a parabola follows."""
+_HELD = 1e-9
+"""Of each parameter's own curvature: far from any highlight its logarithm is like the polynomial."""
 _LEAST_SCATTER = 1e-6
 """Of the logarithm of the light; less is the arithmetic's."""
 
@@ -87,7 +89,8 @@ def _lobe(brightness: Floats, known: Bools, tilt: Floats) -> Floats | None:
 
 def _fitted(x: Floats, y: Floats, there: Bools) -> tuple[Floats, Floats]:
     """(N,) slow part and highlight of the curve that is nearest to the known values, robustly."""
-    slow = np.vander(x / np.abs(x).max(), _SLOW)
+    first, last = x[there][0], x[there][-1]
+    slow = np.vander((2.0 * x - first - last) / (last - first), _SLOW)
     best, least = (np.zeros(len(x)), np.zeros(len(x))), np.inf
     for width in _WIDTHS:
         basis = np.column_stack([slow, -np.log1p((x / width) ** 2)])
@@ -96,6 +99,7 @@ def _fitted(x: Floats, y: Floats, there: Bools) -> tuple[Floats, Floats]:
             weighted = known * weight[:, None]
             # no BLAS: the same bits on any number of cores
             normal = np.einsum("ni,nj->ij", weighted, known)
+            normal += np.diag(_HELD * normal.diagonal())
             share = np.linalg.solve(normal, np.einsum("ni,n->i", weighted, y[there]))
             off = np.abs(y[there] - (known * share).sum(axis=1))
             scale = SIGMA_PER_MEDIAN * max(float(np.median(off)), _LEAST_SCATTER)

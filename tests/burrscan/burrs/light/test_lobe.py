@@ -67,6 +67,18 @@ def test_a_parallel_of_another_finish_is_predicted_by_itself() -> None:
     np.testing.assert_allclose((rest + predicted)[known], light[known])
 
 
+@pytest.mark.parametrize("seen", [slice(150, 240), slice(60, 105), slice(0, 41)])
+def test_what_shows_no_highlight_is_predicted_as_well_as_before(seen: slice) -> None:
+    light, tilt, _ = part()
+    known = np.zeros(light.shape, bool)
+    known[:, seen] = True
+    rest, plain = with_lobe(light, tilt, known), excess(light, known, half=HALF, gap=GAP)[0]
+    there = np.isfinite(plain)
+    np.testing.assert_array_equal(there, np.isfinite(rest))
+    assert np.abs(rest[there]).mean() <= np.abs(plain[there]).mean()
+    assert np.abs(rest[there]).max() < 10.0 * NOISE
+
+
 def test_what_is_dark_is_no_highlight() -> None:
     _, tilt, known = part()
     light = NOISE * np.random.default_rng(2).normal(size=tilt.shape) - highlight(tilt)
