@@ -1,7 +1,7 @@
 """The lobe that all parallels of a part share: how bright cells are by how far they are turned from light.
 
 A parabola through what lies to both sides of a cell is a poor guess on the highlight of turned metal, which
-is as wide as the window that predicts it: it was 1.8 times as bright as predicted, all along the part. But
+is as wide as the window that predicts it: one was 1.8 times as bright as predicted, all along a part. But
 every parallel shows that highlight, and the median over them knows nothing of the burrs on some.
 """
 
