@@ -1,4 +1,4 @@
-"""The numbers of robust statistics that several places need, and the medians of groups."""
+"""The numbers of robust statistics that several places need, Tukey's weights, and the medians of groups."""
 
 from __future__ import annotations
 
@@ -14,6 +14,11 @@ MEDIAN_OVER_MEAN = 1.2533
 """Standard error of a median over that of a mean, for normal errors."""
 SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation of a normal variable over the median of its size, rounded as the literature does."""
+
+
+def bisquare(share: Floats) -> Floats:
+    """Tukey's weights of residuals that are shares of where they weigh nothing, which is at 1 and beyond."""
+    return (1.0 - np.minimum(share**2, 1.0)) ** 2
 
 
 def medians_of(values: Floats, group: Ints, count: int) -> Floats:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from burrscan.arrays import Floats
 from burrscan.pose import cross_matrix
 from burrscan.registration.alignment import Pairs
-from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY, bisquare
 
 _SIGNIFICANT = 3.0
 """What is told of a motion must be this many times what noise feigns of it, whose variance is known to some
@@ -144,7 +144,7 @@ def weights(pair: Pairs) -> Floats:
     """(M,) weights of the distances, 1/mm²."""
     z = pair.distance_mm / pair.sigma_mm
     spread = max(SIGMA_PER_MEDIAN * float(np.median(np.abs(z))), 1.0)
-    inside = np.clip(1.0 - (z / (TUKEY * spread)) ** 2, 0.0, None) ** 2
+    inside = bisquare(z / (TUKEY * spread))
     return np.asarray(inside / (spread * pair.sigma_mm) ** 2)
 
 

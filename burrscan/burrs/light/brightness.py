@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.light.row_sigma import row_sigma
-from burrscan.robust import TUKEY
+from burrscan.robust import TUKEY, bisquare
 
 _PASSES = 3
 """Fits of each parabola, each weighing by the misfit of the last: two settle what a burr beside it does."""
@@ -20,7 +20,7 @@ _LEAST_WEIGHT = 1e-3
 """Of a neighbour that misfits: on the top of a narrow highlight all do, and least squares fits them then."""
 _LEAST_SHARE = 0.3
 """Share of the window that must be known: less is all on one side, and a parabola extrapolates badly."""
-_LEAST_SCATTER = 1e-6
+LEAST_SCATTER = 1e-6
 """Of the logarithm of the light; less is the arithmetic's."""
 
 
@@ -49,9 +49,9 @@ def excess(brightness: Floats, known: Bools, *, half: int, gap: int) -> tuple[Fl
     for _ in range(_PASSES):
         predicted = _parabolas(values, weight, half, gap, _LEAST_SHARE)
         rest = np.where(known, brightness - predicted, np.nan)
-        scatter = row_sigma(rest, least=_LEAST_SCATTER)
+        scatter = row_sigma(rest, least=LEAST_SCATTER)
         share = np.nan_to_num(rest / (TUKEY * scatter[:, None]), nan=1.0)
-        weight = known * np.maximum((1.0 - np.minimum(share**2, 1.0)) ** 2, _LEAST_WEIGHT)
+        weight = known * np.maximum(bisquare(share), _LEAST_WEIGHT)
     return rest, predicted, scatter
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
-from burrscan.burrs.light.brightness import excess
-from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY, medians_of
+from burrscan.burrs.light.brightness import LEAST_SCATTER, excess
+from burrscan.robust import SIGMA_PER_MEDIAN, TUKEY, bisquare, medians_of
 
 _PASSES = 3
 """Of the lobe and of the parallels' own levels in turn: the second knows of which part of it each shows."""
@@ -23,8 +23,6 @@ _WIDTHS = np.geomspace(4.0, 40.0, 11)
 """Of highlights, in columns: narrower ones are no wider than burrs, wider ones a parabola follows."""
 _HELD = 1e-9
 """Of each parameter's own curvature: far from any highlight its logarithm is like the polynomial."""
-_LEAST_SCATTER = 1e-6
-"""Of the logarithm of the light; less is the arithmetic's."""
 
 
 def excess_of_lobe(
@@ -34,20 +32,16 @@ def excess_of_lobe(
 
     Parameters
     ----------
-    brightness
-        (rows, columns) logarithm of the light.
-    known
-        True where it is to be believed.
+    brightness, known, half, gap
+        As of :func:`burrscan.burrs.light.brightness.excess`.
     tilt
         (rows, columns) angle between normal and half-way direction, in columns; it rises along each row.
-    half, gap
-        Columns to each side that predict a cell, without the nearest ``gap``.
 
     Returns
     -------
     tuple
-        As :func:`burrscan.burrs.light.brightness.excess`. A parallel that the lobe does not fit, of another
-        finish, is predicted by itself. O(cells · half).
+        As of that. A parallel that the lobe does not fit, of another finish, is predicted by itself.
+        O(cells · half).
 
     """
     plain = excess(brightness, known, half=half, gap=gap)
@@ -73,17 +67,17 @@ def _lobe(brightness: Floats, known: Bools, tilt: Floats) -> Floats | None:
     """
     step = np.rint(tilt).astype(np.int64)
     first = int(step.min())
-    at, row = (step - first)[known], np.nonzero(known)[0]
+    values, at, row = brightness[known], (step - first)[known], np.nonzero(known)[0]
     level, curve = np.zeros(len(brightness)), np.zeros(1 + int(step.max()) - first)
+    x: Floats = np.arange(first, first + len(curve), dtype=np.float64)
     for _ in range(_PASSES):
-        median = medians_of(brightness[known] - level[row], at, len(curve))
+        median = medians_of(values - level[row], at, len(curve))
         there = np.isfinite(median)
         if np.count_nonzero(there) < _FEWEST:
             return None
-        x: Floats = np.arange(first, first + len(curve), dtype=np.float64)
         slow, peak = _fitted(x, median, there)
         curve = slow + peak
-        level = np.nan_to_num(medians_of(brightness[known] - curve[at], row, len(level)))
+        level = np.nan_to_num(medians_of(values - curve[at], row, len(level)))
     return np.interp(tilt - first, np.arange(len(curve)), peak)
 
 
@@ -102,8 +96,8 @@ def _fitted(x: Floats, y: Floats, there: Bools) -> tuple[Floats, Floats]:
             normal += np.diag(_HELD * normal.diagonal())
             share = np.linalg.solve(normal, np.einsum("ni,n->i", weighted, y[there]))
             off = np.abs(y[there] - (known * share).sum(axis=1))
-            scale = SIGMA_PER_MEDIAN * max(float(np.median(off)), _LEAST_SCATTER)
-            weight = (1.0 - np.minimum((off / (TUKEY * scale)) ** 2, 1.0)) ** 2
+            scale = SIGMA_PER_MEDIAN * max(float(np.median(off)), LEAST_SCATTER)
+            weight = bisquare(off / (TUKEY * scale))
         if share[-1] > 0.0 and off.sum() < least:
             parts = basis * share
             best, least = (parts[:, :-1].sum(axis=1), parts[:, -1]), float(off.sum())

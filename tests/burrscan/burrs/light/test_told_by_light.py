@@ -247,21 +247,20 @@ def test_walls_that_mirror_each_other_leave_a_depth_unsure_before_the_light_is_a
     scene = Scene()
     cells = scene.band(0.0, 5.0, -15.0, 12.0)
     scene.lift_mm[cells] -= 3.0 * (1.0 - np.abs(scene.around[cells]) / 2.5)
-    asked: dict[float, Burr] = {}
+    asked: list[Burr] = []
+    told_by_light = residual._told_by_light
+
+    def spied(certain: Any, *rest: Any) -> Any:
+        asked.append(certain[0].burr)
+        return told_by_light(certain, *rest)
+
+    monkeypatch.setattr(residual, "_told_by_light", spied)
     for shines in (0.0, 0.9):
         monkeypatch.setattr(residual, "mirrored", lambda *_, shines=shines: shines)
-        one = residual._told_by_light
-
-        def spied(certain: Any, *rest: Any, shines: float = shines, one: Any = one) -> Any:
-            asked[shines] = certain[0].burr
-            return one(certain, *rest)
-
-        with monkeypatch.context() as patch:
-            patch.setattr(residual, "_told_by_light", spied)
-            burrs_of(scene, seen=True)
-    plain, mirroring = (asked[shines].height_mm for shines in (0.0, 0.9))
+        burrs_of(scene, seen=True)
+    plain, mirroring = (burr.height_mm for burr in asked)
     assert mirroring.value == plain.value
-    share = 0.9 * np.hypot(MIRRORED, walls_share(asked[0.9]))
+    share = 0.9 * np.hypot(MIRRORED, walls_share(asked[1]))
     assert share > 0.25
     assert mirroring.sigma == pytest.approx(np.hypot(plain.sigma, share * plain.value))
 
