@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from burrscan.burrs.shape.crest import crest_of, with_tip
 from burrscan.burrs.shape.grid_posterior import STEEPEST
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge, first_ridge, fit_ridge, misfit_of
+from burrscan.generatrix.polyline import turned
 from burrscan.inspection import Axis, Burr, Value, side_of
 from burrscan.turns import turn_rad
 
@@ -52,6 +54,9 @@ _UNRESOLVED = 0.5
 """Share of a crest by which a burr may be higher or lower: a pixel as wide as its base shows half of it."""
 _TELLS_FRAMES = 1.5
 """Half-width, in vertex spacings, from which the first triangles tell which frame is the burr's."""
+_GRAZED = 0.1
+"""Cosine between line of sight and normal, over the largest of a burr's, below which slants are held: what
+turns away so far is seen at a corner, and is no part of the burr."""
 _SAME_RADIUS = 0.03
 """Share by which the radius may change along a burr before width and angle must be told apart."""
 
@@ -97,24 +102,32 @@ class _Frame:
     across_mm: float
 
 
+class Eye(NamedTuple):
+    """The camera that sees a surface: its centre (3,), part frame, and the angle of a pixel, radians."""
+
+    at_mm: Floats
+    pixel_rad: float
+
+
 def describe(
-    field: Field, site: Site, axis: Axis, *, facing: float = 0.0, scanned: bool = False
+    field: Field, site: Site, axis: Axis, *, facing: float = 0.0, eye: Eye | None = None
 ) -> Burr | None:
     """Measure a burr; None where no ridge rises out of the noise, or none is like it. O(vertices chosen).
 
     ``facing`` is the cosine at which a camera looks at the surface below, whose pixels the vertices are: 1
-    where it looks down on the burr. 0 where nobody knows of one. What was ``scanned`` by light may have two
-    depths at one place.
+    where it looks down on the burr. 0 where nobody knows of one. ``eye`` is the camera of a scan, whose
+    vertices are means over its pixels; None for a mesh of which nobody knows how it was seen. What was
+    scanned by light may have two depths at one place.
     """
     lift = site.sign * field.deviation_mm[site.chosen]
     weight = np.where(site.on, np.clip(lift, 0.0, None), 0.0)
     if not weight.any():
         return None
     edged = on_edge(field, site.chosen[site.on], site.sign)
-    frame, ridge = _best(field, site, lift, weight, edged=edged)
+    frame, ridge = _best(field, site, lift, weight, edged=edged, eye=eye)
     if ridge is None or not _credible(ridge):
         return None
-    one_depth = site.sign < 0 and not scanned
+    one_depth = site.sign < 0 and eye is None
     if one_depth and _explained(field, site, frame.patch, ridge) < _LEAST_EXPLAINED:
         return None
     height = _height(field, site, ridge, frame, edged=edged, facing=facing)
@@ -143,14 +156,15 @@ def _explained(field: Field, site: Site, patch: Patch, ridge: Ridge) -> float:
 
 
 def _best(
-    field: Field, site: Site, lift: Floats, weight: Floats, *, edged: bool
+    field: Field, site: Site, lift: Floats, weight: Floats, *, edged: bool, eye: Eye | None
 ) -> tuple[_Frame, Ridge | None]:
     """The fit of a ridge of constant width, or of constant angle where the radius changes along the burr."""
     local = np.maximum(field.foot[site.chosen, 1], 1e-9)
     mean = float((weight * local).sum() / weight.sum())
-    frames = [_framed(field, site, lift, weight, local, edged=edged)]
+    radii = [local]
     if np.ptp(local[site.on]) >= _SAME_RADIUS * mean:
-        frames.append(_framed(field, site, lift, weight, np.full(len(local), mean), edged=edged))
+        radii.append(np.full(len(local), mean))
+    frames = [_framed(field, site, lift, weight, radius, edged=edged, eye=eye) for radius in radii]
     firsts = [(frame, _first(site, frame)) for frame in frames]
     fits = [(frame, ridge) for frame, ridge in firsts if ridge is not None]
     if not fits:
@@ -172,7 +186,16 @@ def _first(site: Site, frame: _Frame) -> Ridge | None:
     return first_ridge(frame.patch, spacing_mm=frame.across_mm, start=(float(u.min()), float(u.max())))
 
 
-def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floats, *, edged: bool) -> _Frame:
+def _framed(
+    field: Field,
+    site: Site,
+    lift: Floats,
+    weight: Floats,
+    radius: Floats,
+    *,
+    edged: bool,
+    eye: Eye | None,
+) -> _Frame:
     angle = field.angle[site.chosen]
     middle = float(np.angle((weight * np.exp(1j * angle)).sum()))
     x = turn_rad(angle - middle) * radius
@@ -185,7 +208,29 @@ def _framed(field: Field, site: Site, lift: Floats, weight: Floats, radius: Floa
         cornered = _cornered(field, site, high)
         sigma[cornered] = np.hypot(sigma[cornered], _NO_HEIGHT * high)
     patch = Patch(x * a + y * b, y * a - x * b, lift, sigma)
+    if eye is not None and not edged:
+        patch = _seen_by(eye, patch, field, site, direction)
     return _Frame(middle, direction, radius, patch, _across_mm(field, site, direction))
+
+
+def _seen_by(eye: Eye, patch: Patch, field: Field, site: Site, direction: Floats) -> Patch:
+    """The patch with each vertex where its line of sight meets the surface below the burr."""
+    angle, normal = field.angle[site.chosen], field.normal[site.chosen]
+    along = np.stack([normal[:, 1], -normal[:, 0]], axis=1)  # the curve's direction, (z, r)
+    around = np.stack([-np.sin(angle), np.cos(angle), np.zeros(len(angle))], axis=1)
+    towards = eye.at_mm - turned(field.foot[site.chosen], angle)
+    across = direction[0] * turned(along, angle) - direction[1] * around
+    up = (towards * turned(normal, angle)).sum(axis=1)
+    slant = site.sign * (towards * across).sum(axis=1) / np.maximum(up, _GRAZED * np.abs(up).max())
+    middle = float(np.median(slant[site.on]))
+    far = float(np.median(np.linalg.norm(towards, axis=1)))
+    return replace(
+        patch,
+        v_mm=patch.v_mm - slant * patch.lift_mm,
+        slant=middle,
+        pixel_mm=far * eye.pixel_rad * float(np.hypot(1.0, middle)),
+        sunk=site.sign < 0,
+    )
 
 
 def _across_mm(field: Field, site: Site, direction: Floats) -> float:
@@ -260,7 +305,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     if not edged and site.sign < 0:
         return height
     own = field.local_mm[site.chosen]  # a crest is often the border of what is seen, whose sigma is another
-    on = Patch(*(one[site.on] for one in (patch.u_mm, patch.v_mm, patch.lift_mm, own)))
+    on = replace(patch, sigma_mm=own).of(site.on)
     extent = ridge.start_mm, ridge.end_mm
     crest = crest_of(on, extent, spacing_mm=field.spacing_mm, least_mm=least)
     if crest is None:

@@ -11,7 +11,7 @@ from burrscan.arrays import Bools, Floats, Ints, Ints32
 from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.along_edges.call import along_edges
 from burrscan.burrs.bodies import TALLEST_MM, tallest
-from burrscan.burrs.describe import Site, describe
+from burrscan.burrs.describe import Eye, Site, describe
 from burrscan.burrs.detect import Region, regions, threshold
 from burrscan.burrs.edges import View, on_edge
 from burrscan.burrs.field import Field, field_of
@@ -130,7 +130,10 @@ def burrs_residual(
     view = None
     if sight is not None:
         view = View(line, sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction)))
-    certain = _certain(field, found, axis, false_calls_per_wheel, openings, view=view, widest_mm=widest_mm)
+    eye = None if view is None or sight is None else Eye(view.at_mm[0], 1.0 / sight.rig.camera.fx)
+    certain = _certain(
+        field, found, axis, false_calls_per_wheel, openings, view=view, eye=eye, widest_mm=widest_mm
+    )
     certain = _with_a_curve_around(certain, field, faces)
     known = _place_known(axis, within_mm=field.spacing_mm)
     seen: list[Burr] = []
@@ -206,6 +209,7 @@ def _certain(
     openings: Openings | None,
     *,
     view: View | None,
+    eye: Eye | None,
     widest_mm: float,
 ) -> list[_Certain]:
     """What is left of the regions when shared errors are counted, without those beside openings.
@@ -235,7 +239,7 @@ def _certain(
             continue
         if openings and openings.beside(region) > MOST_OPEN and not on_edge(field, crest, region.sign):
             continue
-        burr = describe(field, site, axis, facing=cosine, scanned=view is not None)
+        burr = describe(field, site, axis, facing=cosine, eye=eye)
         waves_mm = _OF_WAVES * float(np.median(field.waves_mm[crest]))
         if burr is None or (waves_mm > 0.0 and _like_waves(field, crest, burr)):
             continue

@@ -12,6 +12,7 @@ from burrscan.scan.exposure import Response
 from burrscan.scan.known_light import light_bias_px
 from burrscan.scan.lens import Lens, penumbra_sigma_px
 from burrscan.scan.matching.matched import Reading, read
+from burrscan.scan.matching.two_paths import direct_of_two
 from burrscan.scan.stripes import Stripes
 from burrscan.scan.validity.interreflection_sigma import interreflection_sigma_px
 from burrscan.scan.validity.mixed_pixels import mixed_pixels
@@ -43,7 +44,8 @@ def look(
     shown = patterns(frames, code.names, view=view, sheet=scanner.projector, intensity=intensity)
     images = scanner.capture(shown, exposure_ms)
     dark_e = response.black_e_per_ms * np.float32(exposure_ms)
-    reading = read(images, code, camera=scanner.camera, rig=scanner.rig, dark_e=dark_e)
+    one_path = read(images, code, camera=scanner.camera, rig=scanner.rig, dark_e=dark_e)
+    reading = direct_of_two(images, code, one_path, camera=scanner.camera, rig=scanner.rig)
     return Round(code, shown, images, reading)
 
 

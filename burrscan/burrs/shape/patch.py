@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from burrscan.arrays import Floats
+from burrscan.arrays import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,14 @@ class Patch:
         (N,) deviation, positive on the burr.
     sigma_mm
         (N,) noise.
+    slant
+        How far across lines of sight go for each millimetre of lift: then ``v_mm`` is where they would meet
+        the surface below, in which pixels are evenly spaced whatever stands on it.
+    pixel_mm
+        How much of that surface a pixel sees across, over which its lift is a mean; 0 where vertices are
+        points, as of a mesh of which nobody knows how it was seen.
+    sunk
+        Whether ``lift_mm`` is a depth: a line of sight then meets the surface before what it sees.
 
     """
 
@@ -26,3 +34,12 @@ class Patch:
     v_mm: Floats
     lift_mm: Floats
     sigma_mm: Floats
+    slant: float = 0.0
+    pixel_mm: float = 0.0
+    sunk: bool = False
+
+    def of(self, some: Bools) -> Patch:
+        """The part of it with (N,) ``some`` of its vertices."""
+        arrays = (self.u_mm, self.v_mm, self.lift_mm, self.sigma_mm)
+        u, v, lift, sigma = (one[some] for one in arrays)
+        return replace(self, u_mm=u, v_mm=v, lift_mm=lift, sigma_mm=sigma)

@@ -15,7 +15,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.shape.grid_posterior import REACH, posterior_of
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.section import Kind, section
+from burrscan.burrs.shape.section import WHOLE, Kind, section
 
 _STEPS = 25
 """Bounds Levenberg-Marquardt on five parameters, which ends by itself where a step gains nothing."""
@@ -39,11 +39,28 @@ _USUAL = 4.0
 """What the weighted sum of squares of any but the first must be less by to count as much: before all data
 a triangle of point-like vertices is e² times as likely as each of the others. With 0 or 2, where data tell
 nothing, triangles that a grid meets in three places come out 4 to 6 % too high."""
+_SEEN_SHAPES = Kind(1, 1.0), Kind(2, 1.0), Kind(1, 1.0, 0.33), Kind(1, 1.0, 0.67)
+"""Those of what pixels are known to be means over."""
+_STARTS = (
+    np.array([1.0, 1.0, 1.0, 1.0, 1.0]),
+    np.array([1.5, 1.0, 1.0, 1.0, 1.0]),
+    np.array([1.5, 1.0, 1.0, 1.5, 1.0]),
+)
+"""Heights and widths from which a ridge is sought, over those of the first: a flank that a pixel or two hold
+may be of a burr that is higher, or wider."""
 _PRIOR = np.array([0.0, *[_USUAL] * (len(_SHAPES) - 1)])
 """Of each of ``_SHAPES``: minus twice the log of its prior odds."""
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
+_ALIKE_ROWS = 4.0
+"""Rows of pixels along a burr whose errors are alike, the length over which a height is stated: what light
+that bounced moves columns by is no noise. Of 117 burrs on 22 wheels heights are off by 0.17 mm in the mean if
+every row counts by itself, 0.156 with 4 or 16, 0.163 if all count as one."""
+_HIDDEN = 0.02
+"""Half-width of a flank that is hidden, in pixels: a step in what they see."""
+_SLOWLY = 0.2
+"""The least share of a height that one step of a descent leaves of it: none falls below the surface."""
 _ALL = np.ones(5, dtype=np.bool_)
 """Height, place, slant, half-width and asymmetry are all free."""
 
@@ -115,11 +132,8 @@ class Ridge:
         return float(np.sqrt(max(float(g @ self.covariance @ g), 0.0)))
 
     def shape(self, patch: Patch) -> Floats:
-        """(N,) height of the unit ridge at each vertex, without regard to its ends."""
-        _, centre, slope, half, asymmetry = self.parameters
-        v = patch.v_mm - centre - slope * patch.u_mm
-        left, right = half * (1.0 - asymmetry), half * (1.0 + asymmetry)
-        return section(v, left, right, self.kind)[0]
+        """(N,) height of the unit ridge at each vertex, as it is seen, without regard to its ends."""
+        return _profile(patch, self.parameters, self.kind)[0]
 
 
 def first_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) -> Ridge | None:
@@ -134,13 +148,15 @@ def first_ridge(patch: Patch, *, spacing_mm: float, start: tuple[float, float]) 
     guess = _guess(inside, spacing_mm)
     if guess is None:
         return None
-    ridge = _fitted(inside, guess, _TRIANGLE, _SYMMETRIC, start, spacing_mm)
+    guess[1] += patch.slant * guess[0]
+    kind = Kind(1, patch.pixel_mm)
+    ridge = _fitted(inside, guess, kind, _SYMMETRIC, start, spacing_mm)
     for _ in range(2):
         extent = _extent(patch, ridge, spacing_mm)
         inside = between(patch, extent)
         if len(inside.u_mm) < 6:
             return None
-        ridge = _fitted(inside, ridge.parameters, _TRIANGLE, _SYMMETRIC, extent, spacing_mm)
+        ridge = _fitted(inside, ridge.parameters, kind, _SYMMETRIC, extent, spacing_mm)
     return ridge
 
 
@@ -167,9 +183,28 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: fl
 
     """
     inside = between(patch, (ridge.start_mm, ridge.end_mm))
+    if patch.pixel_mm > 0.0:
+        return _seen(inside, ridge, spacing_mm)
     if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
         return _averaged(inside, ridge, (_SYMMETRIC, _ALL), spacing_mm, footprint_mm or spacing_mm)
     return _narrow(inside, ridge, spacing_mm)
+
+
+def _seen(patch: Patch, start: Ridge, spacing: float) -> Ridge:
+    """A ridge as the pixels of one camera see it, whose lifts are means over known footprints."""
+    starts = [
+        _fitted(
+            patch, start.parameters * scale, start.kind, _SYMMETRIC, (start.start_mm, start.end_mm), spacing
+        )
+        for scale in _STARTS
+    ]
+    best = min(starts, key=lambda one: one.chi2)
+    lean = best.parameters[3] > _WELL_SAMPLED * spacing
+    leans = (_SYMMETRIC, _ALL) if lean else (_SYMMETRIC,)
+    free = np.log(max(len(patch.u_mm), 1)) * np.array([one.sum() for one in leans])
+    fits = _fits(patch, best, leans, _SEEN_SHAPES, spacing, patch.pixel_mm)
+    prior = np.array([0.0, *[_USUAL] * (len(_SEEN_SHAPES) - 1)])
+    return _mean(fits, np.add.outer(free, prior).ravel(), len(patch.u_mm), alike=_ALIKE_ROWS)
 
 
 def _averaged(patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float, footprint: float) -> Ridge:
@@ -196,14 +231,15 @@ def _fits(
     ]
 
 
-def _mean(fits: Sequence[Ridge], prior: Floats, count: int) -> Ridge:
+def _mean(fits: Sequence[Ridge], prior: Floats, count: int, *, alike: float = 1.0) -> Ridge:
     """The likeliest ridge, its height the mean over all, ``prior`` being added to their sums of squares.
 
     What no kind explains (the misfit, squared) makes all of them less sure: vertices do not err
-    independently, and a scan's worst errors are where burrs are.
+    independently, and a scan's worst errors are where burrs are. So does what errors are ``alike`` along it,
+    in rows.
     """
     chi2 = np.array([one.chi2 for one in fits])
-    score = chi2 / max(1.0, float(chi2.min()) / max(count, 1)) ** 2 + prior
+    score = chi2 / max(1.0, float(chi2.min()) / max(count, 1)) ** 2 / alike + prior
     weight = np.exp(-0.5 * (score - score.min()))
     weight /= weight.sum()
     logs = np.log([max(one.height_mm, 1e-9) for one in fits])
@@ -219,11 +255,7 @@ def _of_height(ridge: Ridge, height_mm: float, open_mm: float) -> Ridge:
 
 def between(patch: Patch, extent: tuple[float, float]) -> Patch:
     """The part of a patch within an extent along u."""
-    return _part(patch, (patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1]))
-
-
-def _part(patch: Patch, inside: Bools) -> Patch:
-    return Patch(patch.u_mm[inside], patch.v_mm[inside], patch.lift_mm[inside], patch.sigma_mm[inside])
+    return patch.of((patch.u_mm >= extent[0]) & (patch.u_mm <= extent[1]))
 
 
 def _guess(patch: Patch, spacing: float) -> Floats | None:
@@ -287,17 +319,41 @@ def _covariance(normal: Floats, free: Bools, spacing: float) -> Floats:
 
 def _equations(patch: Patch, p: Floats, kind: Kind) -> tuple[float, Floats, Floats]:
     """Robust chi-square, gradient and normal matrix."""
+    shape, by_x, by_left, by_right = _profile(patch, p, kind)
     less, more = 1.0 - p[4], 1.0 + p[4]
-    across = patch.v_mm - p[1] - p[2] * patch.u_mm
-    shape, by_x, by_left, by_right = section(across, p[3] * less, p[3] * more, kind)
     by_half, by_lean = by_left * less + by_right * more, p[3] * (by_right - by_left)
-    J = np.stack([shape, *(p[0] * one for one in (-by_x, -by_x * patch.u_mm, by_half, by_lean))])
+    higher = patch.slant / (1.0 - kind.blunt) * (by_x - by_left + by_right)
+    J = np.stack(
+        [shape + p[0] * higher, *(p[0] * one for one in (-by_x, -by_x * patch.u_mm, by_half, by_lean))]
+    )
     residual = patch.lift_mm - p[0] * shape
     z = np.abs(residual) / patch.sigma_mm
     weighted = J * np.minimum(1.0, HUBER / np.maximum(z, 1e-300)) / patch.sigma_mm**2
     chi2 = float(huber(z).sum())
     # no BLAS: the same bits on any number of cores
-    return chi2, np.einsum("in,n->i", weighted, residual), np.einsum("in,jn->ij", weighted, J)
+    gradient, normal = np.einsum("in,n->i", weighted, residual), np.einsum("in,jn->ij", weighted, J)
+    if patch.pixel_mm > 0.0:  # a height is the base's width within a factor e, as in the posterior on a grid
+        aspect, by_aspect = float(np.log(p[0] / (2.0 * p[3]))), np.array([1.0 / p[0], 0, 0, -1.0 / p[3], 0])
+        chi2 += aspect**2
+        gradient -= aspect * by_aspect
+        normal += np.outer(by_aspect, by_aspect)
+    return chi2, gradient, normal
+
+
+def _profile(patch: Patch, p: Floats, kind: Kind) -> tuple[Floats, Floats, Floats, Floats]:
+    """(N,) heights of the unit ridge as it is seen, derivatives with x and with both half-widths.
+
+    Seen askew a triangle is one of the same height, whose crest is moved towards one side by as far as the
+    line of sight goes across; a flank that turns away is hidden. Of what is cut in, what is behind the rim is
+    hidden, too. All of it is linear in the places where the lines of sight meet the surface below.
+    """
+    apex = patch.slant * p[0] / (1.0 - kind.blunt)  # of a blunt one: of the triangle that it was
+    across = patch.v_mm - (p[1] - apex) - p[2] * patch.u_mm
+    left, right = p[3] * (1.0 - p[4]) - apex, p[3] * (1.0 + p[4]) + apex
+    seen = (-left, right) if patch.sunk else WHOLE
+    least = _HIDDEN * patch.pixel_mm
+    shape, by_x, by_left, by_right = section(across, max(left, least), max(right, least), kind, seen=seen)
+    return shape, by_x, by_left * (left > least), by_right * (right > least)
 
 
 def huber(z: Floats) -> Floats:
@@ -323,6 +379,8 @@ def _descend(
         trial = p + _damped(gradient, normal, free, damping)
         trial[3] = max(trial[3], narrowest)
         trial[4] = min(max(trial[4], -0.8), 0.8)
+        if patch.pixel_mm > 0.0:
+            trial[0] = max(trial[0], _SLOWLY * p[0])
         outcome, next_gradient, next_normal = _equations(patch, trial, kind)
         if outcome < chi2:
             gain = chi2 - outcome
@@ -340,7 +398,7 @@ def _descend(
 def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     """A ridge of few vertices across: see :mod:`burrscan.burrs.shape.grid_posterior`."""
     _, centre, slope, _, _ = ridge.parameters
-    near = _part(patch, np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
+    near = patch.of(np.abs(patch.v_mm - centre - slope * patch.u_mm) < REACH * spacing)
     if not len(near.u_mm):  # the triangle lies beside all vertices: an axis far off leaves such
         return ridge
     slanted = bool(np.ptp(near.u_mm) >= _LONG * spacing)

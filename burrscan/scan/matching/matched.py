@@ -33,7 +33,7 @@ _MAIN_LOBE_PX = 5.0
 column. As in stripes.py."""
 _DETECTION_Z = 4.0
 """Standard deviations of chi² by which the phasors' power must exceed its mean under noise alone."""
-_MODULATION_ERROR = 0.02
+MODULATION_ERROR = 0.02
 """Relative error of an amplitude beside its line in frequency squared: bright pixels' noise would hold the
 line too tightly."""
 _INDIRECT_GUESS = 0.15
@@ -54,7 +54,7 @@ SURE_LEAD = 45.0
 search of the whole line would refuse."""
 _CONVERGED_PX = 1e-3
 """Far below the noise of any column; the last Gauss-Newton steps shrink by orders."""
-_FOOTPRINT_PX2 = 0.15
+FOOTPRINT_PX2 = 0.15
 """Half the variance of the footprint: the squares of camera and projector pixel are a sixth px², blur the
 rest of 0.3."""
 _FOOTPRINT_ERROR_PX2 = 0.05
@@ -308,7 +308,7 @@ def _fit(
             dof += 2.0 if k > 0.0 else 0.0
             # finer stripes lose modulation: the amplitudes are fitted by a line in frequency squared
             q = f[j] * f[j] + g[j] * g[j]
-            k /= 1.0 + k * (_MODULATION_ERROR * amplitude) ** 2
+            k /= 1.0 + k * (MODULATION_ERROR * amplitude) ** 2
             s0 += k
             sq += k * q
             sqq += k * q * q
@@ -328,7 +328,7 @@ def _fit(
         # what stripes without loss of modulation would have: the line's intercept, its slope held near that
         # of a footprint one pixel wide
         held = 1.0 / (_FOOTPRINT_ERROR_PX2 * amplitude) ** 2
-        slope = (caq - _FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
+        slope = (caq - FOOTPRINT_PX2 * amplitude * held) / (cqq + held)
         plain = (sa - slope * sq) / s0
         if abs(du) + abs(dv) < _CONVERGED_PX:
             break

@@ -537,6 +537,17 @@ def test_past_the_ends_of_an_arc_nothing_is_known() -> None:
     assert reach.steps_out(off[::-1].repeat(2)[:60], np.arange(0, 20), closed=True)
 
 
+def test_a_slope_that_pixels_make_a_comb_does_not_step_out() -> None:
+    """The end of a clean ground wheel, as it was seen: its outline crosses rows of pixels at a small angle."""
+    before, on = [0.4, -0.6, 0.3, 0.2, -0.8, 0.1, 0.0, -0.1, 0.9], [0.8, 0.7, -1.2]
+    run, after = [0.7, 1.6, 1.5, 0.5, 1.5, 1.4, 0.4, 1.3, 1.3], [0.2, 1.2]
+    beside = [1.1, 0.1, 1.1, 0.1, 1.0, 0.0, 1.0, 0.9, -0.1]
+    off = np.array([*before, *on, *run, *after, *beside])
+    where = np.arange(12, 21)
+    assert not reach.steps_out(off, where, closed=False)
+    assert reach.steps_out(np.array([*before, *on, *run, *after, *before]), where, closed=False)
+
+
 def test_a_burr_that_stands_up_along_the_axis_reaches_as_far_as_it_stands_up() -> None:
     """Under it is the edge alone, at z = 20."""
     vertices, faces = from_above(rim(0.0, 20.0, 1.5, 1.0, "axial"), up_rad=0.6)
