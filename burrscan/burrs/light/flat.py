@@ -37,8 +37,9 @@ either side, which of scratches in all directions is one in 25. Longer lines are
 _AGREE_ALONG = 3.0
 """Standard errors, from row to row, by which the depths of such a line must have the sign of what is called.
 Of 48 scratches along the generatrix on metal, 0.15 and 0.4 mm wide, five are asked, and have 2.3 at most."""
-_THIN_CELLS = 1.5
-"""A burr that is wider shows in more pixels than one edge crosses."""
+_THIN_CELLS, _THIN_BASE = 1.5, 0.75
+"""A burr that is wider shows in more pixels than one edge crosses: as light shows it, and as depth tells its
+base, which is a pixel narrower than what pixels show of it, and as narrow as any that is fitted."""
 _UPRIGHT = 0.5
 """Share of a burr's direction along the axis from which rows of the surface cross it."""
 _SAME_RADIUS = 0.2
@@ -98,7 +99,7 @@ def is_an_edge(burr: Burr, looks: Looks, surface: Unrolled, axis: Axis, *, by_de
     pixels: a burr that small cannot be told from a scratch by one view, unless it lies along the generatrix
     and its rows show what is called. O(rows of the burr).
     """
-    thin = burr.width_mm.value <= _THIN_CELLS * surface.step_mm
+    thin = burr.width_mm.value <= (_THIN_BASE if by_depth else _THIN_CELLS) * surface.step_mm
     if by_depth and not thin:
         return False
     rows, middles = _line(burr, surface, axis)

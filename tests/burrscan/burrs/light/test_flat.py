@@ -189,7 +189,7 @@ class Strip:
         side: Literal["protrusion", "nick"] = "nick",
         rows: int = ROWS,
     ) -> bool:
-        """Whether a burr so many pixels wide, and so many rows long, is one."""
+        """Whether a burr, its base so many pixels wide and so many rows long, is one."""
         burr = replace(self.burr(width_mm=pixels * self.surface.step_mm), side=side)
         z = self.surface.z_mm[[self._first, self._first + rows - 1]]
         start, end = (Value(float(each), 0.1) for each in np.sort(z))
@@ -247,15 +247,15 @@ def test_the_depth_of_a_pixel_is_what_its_neighbours_column_triangulates(turned_
 def test_what_is_called_at_a_scratch_is_an_edge(width: float, factor: float) -> None:
     for askew in (-0.3, 0.2):
         strip = Strip(width=width, factor=factor, askew=askew, start=20.3)
-        assert strip.is_an_edge(pixels=1.0)
-        assert not strip.is_an_edge(pixels=2.0)
+        assert strip.is_an_edge(pixels=0.7)
+        assert not strip.is_an_edge(pixels=1.0)
         # several times as deep, or with no light that explains it, it is none
         assert not Strip(width=width, factor=factor, askew=askew, start=20.3, times=5.0).is_an_edge(
-            pixels=1.0
+            pixels=0.7
         )
         dark = np.zeros_like(strip.looks.light)
         strip.looks = Looks(dark, dark, strip.looks.deviation_mm)
-        assert not strip.is_an_edge(pixels=1.0)
+        assert not strip.is_an_edge(pixels=0.7)
 
 
 def test_what_the_light_tells_of_is_an_edge_only_where_its_depths_cancel() -> None:
@@ -282,21 +282,21 @@ def test_a_line_along_the_generatrix_whose_rows_show_a_burr_is_none() -> None:
     """A curl narrower than a pixel: some rows show its height, others nothing, as metal does."""
     strip = Strip(width=0.4, factor=0.3, askew=0.0, start=20.5)
     strip.stand(pixels=0.12, scatter=0.6)
-    assert not strip.is_an_edge(pixels=1.0, side="protrusion")
-    assert strip.is_an_edge(pixels=1.0, side="nick")
+    assert not strip.is_an_edge(pixels=0.7, side="protrusion")
+    assert strip.is_an_edge(pixels=0.7, side="nick")
     # too short to know where it runs, and askew: a scratch may be so
-    assert strip.is_an_edge(pixels=1.0, side="protrusion", rows=12)
+    assert strip.is_an_edge(pixels=0.7, side="protrusion", rows=12)
     askew = Strip(width=0.4, factor=0.3, askew=0.15, start=18.7)
     askew.stand(pixels=0.12, scatter=0.6)
-    assert askew.is_an_edge(pixels=1.0, side="protrusion")
+    assert askew.is_an_edge(pixels=0.7, side="protrusion")
 
 
 def test_a_line_along_the_generatrix_whose_rows_show_nothing_is_an_edge() -> None:
     for seed_shift in range(10):
         strip = Strip(width=0.4, factor=0.3, askew=0.0, start=20.5 + 1e-3 * seed_shift)
         strip.stand(pixels=0.001, scatter=100.0)
-        assert strip.is_an_edge(pixels=1.0, side="protrusion")
-        assert strip.is_an_edge(pixels=1.0, side="nick")
+        assert strip.is_an_edge(pixels=0.7, side="protrusion")
+        assert strip.is_an_edge(pixels=0.7, side="nick")
 
 
 def test_what_hides_its_surroundings_is_no_edge() -> None:

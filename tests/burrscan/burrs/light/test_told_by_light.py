@@ -155,9 +155,9 @@ def test_verdict_area_and_volume_are_those_of_the_height_that_is_stated() -> Non
     (burr,) = burrs_of(scene, seen=True, limit_mm=1.5 * low.height_mm.value)
     assert burr.height_mm.value > 1.5 * low.height_mm.value
     assert burr.within_limit is False
-    grown = burr.height_mm.value / low.height_mm.value
-    assert burr.area_mm2.value == pytest.approx(grown * low.area_mm2.value)
-    assert burr.volume_mm3.value == pytest.approx(grown * low.volume_mm3.value)
+    area = 0.5 * burr.height_mm.value * burr.width_mm.value  # of a triangle; the fitted one's is 0.21
+    assert burr.area_mm2.value == pytest.approx(area, rel=0.15)  # its mean height, and its largest
+    assert burr.volume_mm3.value == pytest.approx(burr.area_mm2.value * burr.length_mm.value)
 
 
 def test_the_most_significant_comes_first_whatever_told_it() -> None:
@@ -219,7 +219,8 @@ def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
     assert of_many.height_mm == burr.height_mm
     assert burr.side == plain.side == "nick"
     assert walls_share(burr) > 0.2
-    assert burr.height_mm.value == plain.height_mm.value
+    assert plain.height_mm.value == pytest.approx(3.0, rel=0.01)
+    assert burr.height_mm.value == pytest.approx(3.0, rel=0.03)  # its pixels are points, and not means
     assert burr.height_mm.sigma > walls_share(burr) * burr.height_mm.value
     assert plain.height_mm.sigma < 0.5 * burr.height_mm.sigma
 
