@@ -209,7 +209,10 @@ def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
 
     def certain(openings: Openings | None) -> int:
-        return len(residual._certain(seen, regions, found.axis, 1e-6, openings, view=None, eye=None, widest_mm=3.0))
+        called = residual._certain(
+            seen, regions, found.axis, 1e-6, openings, view=None, eye=None, widest_mm=3.0
+        )
+        return len(called)
 
     assert certain(None) == 1
     assert certain(Openings(seen)) == 0
@@ -538,7 +541,7 @@ def test_past_the_ends_of_an_arc_nothing_is_known() -> None:
 
 
 def test_a_slope_that_pixels_make_a_comb_does_not_step_out() -> None:
-    """The end of a clean ground wheel, as it was seen: its outline crosses rows of pixels at a small angle."""
+    """The end of a clean ground wheel, as seen: its outline crosses rows of pixels at a small angle."""
     before, on = [0.4, -0.6, 0.3, 0.2, -0.8, 0.1, 0.0, -0.1, 0.9], [0.8, 0.7, -1.2]
     run, after = [0.7, 1.6, 1.5, 0.5, 1.5, 1.4, 0.4, 1.3, 1.3], [0.2, 1.2]
     beside = [1.1, 0.1, 1.1, 0.1, 1.0, 0.0, 1.0, 0.9, -0.1]

@@ -1,0 +1,138 @@
+"""Direct light beside light that came by way of another surface: a strip mirrors what lies beside it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy import sparse, stats
+
+from burrscan.arrays import Bools
+from burrscan.codes.code import patterns
+from burrscan.scan.matching import two_paths
+from burrscan.scan.matching.matched import Reading, read
+from burrscan.scan.matching.two_paths import direct_of_two
+from burrscan.scan.stripes import stripes
+from tests.burrscan.instrument import Instrument, plane_depth, small_rig
+
+CODE = stripes(11, width=128)
+STRIP = slice(70, 90)
+"""Columns of the camera that are a dark flank."""
+DARK = 0.25
+"""Its own brightness over the plane's."""
+
+
+class Flank(Instrument):
+    """An instrument whose strip sees ``share`` times its direct light from columns to its right.
+
+    Their distances are gamma-distributed, sampled by scipy's quantiles, their rows normal.
+    """
+
+    def mirror(self, share: float, mean_px: float, spread: float, *, rows_px: float = 1.2) -> None:
+        height, width = self.rig.projector.shape
+        some, few = (np.arange(48) + 0.5) / 48, (np.arange(9) + 0.5) / 9
+        away = stats.gamma.ppf(some, 1.0 / spread**2, scale=mean_px * spread**2)
+        away, down = (one.ravel() for one in np.meshgrid(away, rows_px * stats.norm.ppf(few)))
+        columns = np.zeros(self._shape, np.bool_)
+        columns[:, STRIP] = True
+        pixel = np.flatnonzero(columns.ravel() & np.isfinite(self.truth_u.ravel()))
+        v = np.asarray(self._matrix @ np.repeat(np.arange(height), width)) / np.maximum(
+            np.asarray(self._matrix.sum(axis=1)).ravel(), 1e-12
+        )
+        u = self.truth_u.ravel()[pixel, None] + away
+        place = np.rint(np.clip(v[pixel, None] + down, 0, height - 1)).astype(int)
+        low = np.floor(np.clip(u, 0, width - 2)).astype(int)
+        part = np.clip(u, 0, width - 2) - low
+        light = DARK * share * self.response.ravel()[pixel, None] / len(away)
+        scale = np.ones(self.response.size)
+        scale[pixel] = DARK
+        beside = [
+            sparse.coo_matrix(
+                ((light * one).ravel(), (np.repeat(pixel, len(away)), (place * width + low + k).ravel())),
+                self._matrix.shape,
+            )
+            for k, one in enumerate((1.0 - part, part))
+        ]
+        self._matrix = (sparse.diags(scale) @ self._matrix + beside[0] + beside[1]).tocsr()
+
+
+@cache
+def readings(share: float, mean_px: float, spread: float) -> tuple[Instrument, Reading, Reading]:
+    """The instrument, what one path tells, and what two do."""
+    rig = small_rig(width=160)
+    instrument = Flank(rig, depth=plane_depth, decades=0.0, peak_e_per_ms=800.0, seed=4)
+    instrument.mirror(share, mean_px, spread)
+    shown = patterns(
+        CODE.frames(rig.projector.shape), CODE.names, view=rig.projector, sheet=instrument.projector
+    )
+    images = instrument.capture(shown, 10.0)
+    dark = np.full(images.shape[1:], 10.0 * instrument.ambient_e_per_ms, np.float32)
+    one = read(images, CODE, camera=instrument.camera, rig=rig, dark_e=dark)
+    return instrument, one, direct_of_two(images, CODE, one, camera=instrument.camera, rig=rig)
+
+
+def strip(found: Reading) -> Bools:
+    """Pixels of it whose mirrored light comes from within the projector's picture."""
+    inside = np.zeros(found.u_px.shape, np.bool_)
+    inside[10:-10, STRIP] = True
+    return inside & np.isfinite(found.u_px)
+
+
+@pytest.mark.parametrize(("share", "mean_px", "spread"), [(2.0, 6.0, 0.5), (1.0, 4.0, 0.8), (4.0, 8.0, 0.4)])
+def test_the_direct_column_is_told_where_most_light_is_mirrored(
+    share: float, mean_px: float, spread: float
+) -> None:
+    instrument, one, two = readings(share, mean_px, spread)
+    off = two.u_px - instrument.truth_u
+    changed = strip(two) & (two.u_px != one.u_px)
+    assert np.count_nonzero(changed) > 0.6 * np.count_nonzero(strip(two))
+    before = np.abs(one.u_px - instrument.truth_u)[changed]
+    assert np.median(np.abs(off[changed])) < 0.25 * np.median(before)
+    z = off[changed] / two.sigma_u_px[changed]
+    assert np.mean(np.abs(z) > 4.0) < 0.02
+    assert (two.lost[changed] <= 0.3).all()
+
+
+def test_a_lone_path_is_left_alone_to_the_last_bit() -> None:
+    _, one, two = readings(2.0, 6.0, 0.5)
+    beside = np.ones(one.u_px.shape, np.bool_)
+    beside[:, STRIP.start - 1 : STRIP.stop + 1] = False
+    for name in ("u_px", "v_px", "sigma_u_px", "misfit", "lost"):
+        np.testing.assert_array_equal(getattr(one, name)[beside], getattr(two, name)[beside])
+
+
+def test_two_places_that_a_pixel_sees_are_no_two_paths(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Within what lies between neighbours' columns both may be direct: at a limb, at a step."""
+    _, one, two = readings(1.0, 4.0, 0.8)
+    told = np.count_nonzero(two.u_px[strip(two)] != one.u_px[strip(two)])
+    monkeypatch.setattr(two_paths, "_steps", lambda u_px: np.full_like(u_px, 3.0))
+    readings.cache_clear()
+    _, one, two = readings(1.0, 4.0, 0.8)
+    wide = np.count_nonzero(two.u_px[strip(two)] != one.u_px[strip(two)])
+    readings.cache_clear()
+    assert wide < 0.5 * told
+
+
+def test_the_gradient_is_that_of_chi_squared() -> None:
+    rng = np.random.default_rng(2)
+    f, g = 2.0 * np.pi * CODE.per_column, 2.0 * np.pi * CODE.per_row
+    t = rng.normal(size=11) + 1j * rng.normal(size=11)
+    weight, sharp = rng.uniform(0.5, 2.0, 11), np.exp(-0.15 * (f * f + g * g))
+    p = np.array([0.4, -3.0, 0.6, 1.2, 0.8])
+
+    def chi2_at(one: np.ndarray) -> float:
+        return float(two_paths._equations(one, t, weight, f, g, sharp)[0])
+
+    numeric = [(chi2_at(p + step) - chi2_at(p - step)) / 2e-6 for step in 1e-6 * np.eye(5)]
+    gradient = two_paths._equations(p, t, weight, f, g, sharp)[1]
+    np.testing.assert_allclose(-2.0 * gradient, numeric, rtol=1e-5, atol=1e-5)
+
+
+def test_spread_light_has_the_phasor_of_its_distribution() -> None:
+    f = np.linspace(0.3, 1.0, 9)
+    away = np.linspace(0.0, 60.0, 600_001)
+    density = stats.gamma.pdf(away, 4.0, scale=1.5)  # mean 6, relative spread a half
+    true = np.array([np.trapezoid(density * np.exp(1j * one * away), away) for one in f])
+    np.testing.assert_allclose(two_paths._spread(f, np.zeros(9), 6.0, 0.5), true, atol=1e-5)
+    np.testing.assert_allclose(two_paths._spread(f, np.zeros(9), -6.0, 0.5), true.conj(), atol=1e-5)
