@@ -15,7 +15,7 @@ import numpy as np
 from burrscan.arrays import Bools, Floats
 from burrscan.burrs.shape.grid_posterior import REACH, posterior_of
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.section import WHOLE, Kind, section
+from burrscan.burrs.shape.section import Kind, section
 
 _STEPS = 25
 """Bounds Levenberg-Marquardt on five parameters, which ends by itself where a step gains nothing."""
@@ -344,13 +344,15 @@ def _profile(patch: Patch, p: Floats, kind: Kind) -> tuple[Floats, Floats, Float
     """(N,) heights of the unit ridge as it is seen, derivatives with x and with both half-widths.
 
     Seen askew a triangle is one of the same height, whose crest is moved towards one side by as far as the
-    line of sight goes across; a flank that turns away is hidden. Of what is cut in, what is behind the rim is
-    hidden, too. All of it is linear in the places where the lines of sight meet the surface below.
+    line of sight goes across; of a flank that turns away nothing is seen, nor of a flat top beyond its edge.
+    Of what is cut in, what is behind the rim is hidden. All of it is linear in the places where the lines of
+    sight meet the surface below.
     """
     apex = patch.slant * p[0] / (1.0 - kind.blunt)  # of a blunt one: of the triangle that it was
     across = patch.v_mm - (p[1] - apex) - p[2] * patch.u_mm
     left, right = p[3] * (1.0 - p[4]) - apex, p[3] * (1.0 + p[4]) + apex
-    seen = (-left, right) if patch.sunk else WHOLE
+    top = 1.0 if patch.sunk else kind.blunt
+    seen = -top * left if left < 0.0 else -np.inf, top * right if right < 0.0 else np.inf
     least = _HIDDEN * patch.pixel_mm
     shape, by_x, by_left, by_right = section(across, max(left, least), max(right, least), kind, seen=seen)
     return shape, by_x, by_left * (left > least), by_right * (right > least)
