@@ -24,6 +24,7 @@ from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge
 from burrscan.generatrix.polyline import Polyline
 from burrscan.scan.lens import Lens
+from burrscan.scan.matching.matched import Reading
 
 StageName = Literal["scan", "axis", "generatrix", "burrs"]
 
@@ -68,6 +69,16 @@ class Step:
         finally:
             for module, name, usual in reversed(kept):
                 setattr(module, name, usual)
+
+
+def _as_read(_images: Any, _code: Any, reading: Reading, **_: Any) -> Reading:
+    """What one path tells."""
+    return reading
+
+
+def _as_points(_eye: Any, patch: Patch, *_: Any) -> Patch:
+    """Vertices where they are, each for itself."""
+    return patch
 
 
 def _own_alone(*args: Any, **kwargs: Any) -> Noise:
@@ -150,6 +161,7 @@ STEPS: tuple[Step, ...] = (
         {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
     ),
     Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
+    Step("direct of two paths", "scan", {"burrscan.scan.rounds:direct_of_two": _as_read}),
     Step("lens of the projector found", "scan", {"burrscan.scan.adaptive:lens_of": lambda *_, **__: Lens()}),
     Step("what that leaves stated", "scan", {f"{_ROUNDS}:left": _no_correction}),
     Step("glints narrower than a pixel unsure", "scan", {"burrscan.footprint:_OFF_PEAK": 0.0}),
@@ -254,6 +266,7 @@ STEPS: tuple[Step, ...] = (
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
     Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_, **__: 1.0}),
     Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),
+    Step("ridges as pixels see them", "burrs", {"burrscan.burrs.describe:_seen_by": _as_points}),
     Step("halo left out of the ridge", "burrs", {f"{_RESIDUAL}:_HALO": 0.0}),
     Step(
         "corners left out of the ridge",

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.synthetic.revolution import RidgeBurr, revolution_scan
+from burrscan.api import inspect_mesh
 from burrscan.burrs import describe
 from burrscan.burrs.describe import Site
 from burrscan.burrs.shape.patch import Patch
@@ -58,3 +60,15 @@ def test_noise_is_no_crest(seed: int) -> None:
 
 def test_a_nick_whose_walls_mirror_has_no_crest() -> None:
     assert height(*FLAKE, sign=-1).value < 0.3
+
+
+def test_a_mound_ten_times_lower_than_what_stands_on_it_is_not_its_ridge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A burr near the border of a mound of shared errors was called in the mound's own middle."""
+    scan = revolution_scan(burrs=(RidgeBurr(10.0, 0.3, 1.2),), sigma_mm=0.02)
+    (burr,) = inspect_mesh(scan.vertices_mm, scan.faces).burrs
+    for times, called in ((8.0, 1), (12.0, 0)):
+        told = Value(times * burr.height_mm.value, 0.5)
+        monkeypatch.setattr(describe, "_height", lambda *_, told=told, **__: told)
+        assert len(inspect_mesh(scan.vertices_mm, scan.faces).burrs) == called

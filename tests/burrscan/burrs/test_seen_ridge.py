@@ -38,7 +38,7 @@ def seen(places: Floats, height: float, half: float, kind: Kind, *, slant: float
 @pytest.mark.parametrize("sunk", [False, True])
 @pytest.mark.parametrize("slant", [0.0, 0.5, -0.9, 1.8])
 @pytest.mark.parametrize("kind", [Kind(1, PIXEL), Kind(1, PIXEL, 0.4)])
-def test_what_pixels_see_is_what_rays_meet(kind: Kind, slant: float, sunk: bool) -> None:
+def test_what_pixels_see_is_what_rays_meet(kind: Kind, slant: float, *, sunk: bool) -> None:
     height, half = 1.2, 1.0
     s = np.linspace(-4.0, 4.0, 161)
     patch = Patch(np.zeros_like(s), s, s, s, slant=slant, pixel_mm=PIXEL, sunk=sunk)
@@ -50,7 +50,7 @@ def test_what_pixels_see_is_what_rays_meet(kind: Kind, slant: float, sunk: bool)
 
 @pytest.mark.parametrize("kind", [Kind(1, PIXEL), Kind(2, PIXEL), Kind(1, PIXEL, 0.4)])
 @pytest.mark.parametrize(("slant", "sunk"), [(0.4, False), (-0.6, False), (0.5, True)])
-def test_the_gradient_is_that_of_chi_squared(kind: Kind, slant: float, sunk: bool) -> None:
+def test_the_gradient_is_that_of_chi_squared(kind: Kind, slant: float, *, sunk: bool) -> None:
     rng = np.random.default_rng(4)
     u, v = rng.uniform(-5.0, 5.0, 300), rng.uniform(-2.0, 2.0, 300)
     lift, sigma = rng.normal(0.3, 0.3, 300), rng.uniform(0.1, 0.3, 300)
@@ -84,7 +84,7 @@ def fitted(height: float, half: float, slant: float, *, sunk: bool, kind: Kind, 
 @pytest.mark.parametrize("sunk", [False, True])
 @pytest.mark.parametrize("slant", [0.0, 0.35, -0.7, 1.2])
 def test_a_burr_four_pixels_wide_is_as_high_as_it_is_from_wherever_it_is_seen(
-    slant: float, sunk: bool
+    slant: float, *, sunk: bool
 ) -> None:
     ridge = fitted(1.0, 1.0, slant, sunk=sunk, kind=Kind())
     assert ridge.height_mm == pytest.approx(1.0, abs=max(0.05, 2.0 * ridge.open_mm))
