@@ -50,8 +50,8 @@ _NO_PEDESTAL = 1.5
 most, and the six that had more read 0.15 to 0.75 of their height."""
 _LEAST_OF_CREST = 0.1
 """Share of a crest that its ridge is at least: of those six burrs it was 0.15 and more. On turned metal a
-mound of errors that pixels share, 0.02 mm high and 9 mm wide, had a burr of 1.2 mm on it, near its border, and
-was called as high as that in its own middle."""
+mound of errors that pixels share, 0.02 mm high and 9 mm wide, had a burr of 1.2 mm near its border, and was
+called as high as that in its own middle."""
 _OF_NOISE = 2.5
 """Standard deviations by which noise alone lifts the highest of a slice's vertices over the others."""
 _UNRESOLVED = 0.5
