@@ -179,7 +179,7 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: fl
     -----
     The cross-section that explains most, its height the mean over all of them (Bayesian model averaging,
     Hoeting et al. 1999). Where few vertices lie across, its place and width are the mean of what explains
-    them (:mod:`burrscan.burrs.shape.grid_posterior`); not of what pixels show, whose means are smooth in both.
+    them (:mod:`burrscan.burrs.shape.grid_posterior`); not where pixels show them, whose means are smooth.
 
     """
     inside = between(patch, (ridge.start_mm, ridge.end_mm))
