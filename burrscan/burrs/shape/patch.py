@@ -43,3 +43,8 @@ class Patch:
         arrays = (self.u_mm, self.v_mm, self.lift_mm, self.sigma_mm)
         u, v, lift, sigma = (one[some] for one in arrays)
         return replace(self, u_mm=u, v_mm=v, lift_mm=lift, sigma_mm=sigma)
+
+    def as_points(self) -> Patch:
+        """The vertices where they are, each for itself."""
+        v_mm = self.v_mm + self.slant * self.lift_mm
+        return replace(self, v_mm=v_mm, slant=0.0, pixel_mm=0.0, sunk=False)

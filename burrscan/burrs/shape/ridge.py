@@ -53,6 +53,9 @@ _PRIOR = np.array([0.0, *[_USUAL] * (len(_SHAPES) - 1)])
 _HALF_WIDTHS = np.array([0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 5.0, 7.0, 10.0])
 """Tried first, in vertex spacings."""
 _SYMMETRIC = np.array([True, True, True, True, False])
+_TELLS_PIXELS = 1.5
+"""Half-width, in pixels, from which these alone tell a height. With what points tell counted as much below it
+the pulls of 165 burrs on 82 wheels are 0.92 (root mean square; without 1.14), errors 0.161 mm in the mean."""
 _ALIKE_ROWS = 4.0
 """Rows of pixels along a burr whose errors are alike, the length over which a height is stated: what light
 that bounced moves columns by is no noise. Of 117 burrs on 22 wheels heights are off by 0.17 mm in the mean if
@@ -191,7 +194,26 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: fl
 
 
 def _seen(patch: Patch, start: Ridge, spacing: float) -> Ridge:
-    """A ridge as the pixels of one camera see it, whose lifts are means over known footprints."""
+    """A ridge as the pixels of one camera see it, whose lifts are means over known footprints.
+
+    Few pixels may show a steep one, of which most is hidden, as well as a flat one. What they tell as points,
+    each for itself, is then as likely: the height is the geometric mean, and what both differ by is open.
+    """
+    seen = _of_pixels(patch, start, spacing)
+    if seen.parameters[3] >= _TELLS_PIXELS * patch.pixel_mm:
+        return seen
+    points = patch.as_points()
+    first = first_ridge(points, spacing_mm=spacing, start=(start.start_mm, start.end_mm))
+    if first is None:
+        return seen
+    other = fit_ridge(points, first, spacing_mm=spacing)
+    middle = float(np.sqrt(seen.height_mm * max(other.height_mm, 1e-9)))
+    apart = 0.5 * abs(float(np.log(seen.height_mm / max(other.height_mm, 1e-9)))) * middle
+    return _of_height(seen, middle, float(np.hypot(max(seen.open_mm, other.open_mm), apart)))
+
+
+def _of_pixels(patch: Patch, start: Ridge, spacing: float) -> Ridge:
+    """The mean over all kinds of cross-section, from several starts, as pixels see them."""
     starts = [
         _fitted(
             patch, start.parameters * scale, start.kind, _SYMMETRIC, (start.start_mm, start.end_mm), spacing

@@ -99,7 +99,15 @@ def test_a_crest_that_is_round_is_no_higher_than_it_is() -> None:
 
 def test_pixels_that_are_taken_for_points_tell_another_height() -> None:
     """What it is for: from aside a narrow ridge's near flank is in two pixels, its crest in the next."""
-    as_points = fitted(1.0, 0.75, 0.9, sunk=False, kind=Kind(), known=False).height_mm
-    as_pixels = fitted(1.0, 0.75, 0.9, sunk=False, kind=Kind()).height_mm
+    as_points = fitted(1.0, 0.8, 0.9, sunk=False, kind=Kind(), known=False).height_mm
+    as_pixels = fitted(1.0, 0.8, 0.9, sunk=False, kind=Kind()).height_mm
     assert as_points < 0.85
     assert as_pixels == pytest.approx(1.0, abs=0.02)
+
+
+def test_of_fewer_than_three_pixels_both_count_and_what_they_differ_by_is_open() -> None:
+    """A ridge and a nick of two pixels: the truth is within what is stated."""
+    for sunk in (False, True):
+        ridge = fitted(1.0, 0.5, 0.3, sunk=sunk, kind=Kind())
+        assert abs(ridge.height_mm - 1.0) < 3.0 * np.hypot(ridge.open_mm, ridge.sigma_of([1, 0, 0, 0, 0]))
+        assert ridge.open_mm > 0.1
