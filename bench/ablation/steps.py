@@ -161,7 +161,7 @@ STEPS: tuple[Step, ...] = (
         {f"{_ROUNDS}:mixed_pixels": lambda reading, *_, **__: np.zeros(reading.u_px.shape, np.bool_)},
     ),
     Step("bias of the known light taken off", "scan", {f"{_ROUNDS}:light_bias_px": _no_correction}),
-    Step("direct of two paths", "scan", {"burrscan.scan.rounds:direct_of_two": _as_read}),
+    Step("direct of two paths", "scan", {f"{_ROUNDS}:direct_of_two": _as_read}),
     Step("lens of the projector found", "scan", {"burrscan.scan.adaptive:lens_of": lambda *_, **__: Lens()}),
     Step("what that leaves stated", "scan", {f"{_ROUNDS}:left": _no_correction}),
     Step("glints narrower than a pixel unsure", "scan", {"burrscan.footprint:_OFF_PEAK": 0.0}),

@@ -189,7 +189,8 @@ def fit_ridge(patch: Patch, ridge: Ridge, *, spacing_mm: float, footprint_mm: fl
     if patch.pixel_mm > 0.0:
         return _seen(inside, ridge, spacing_mm)
     if ridge.parameters[3] > _WELL_SAMPLED * spacing_mm:
-        return _averaged(inside, ridge, (_SYMMETRIC, _ALL), spacing_mm, footprint_mm or spacing_mm)
+        footprint = footprint_mm or spacing_mm
+        return _averaged(inside, ridge, (_SYMMETRIC, _ALL), _SHAPES, spacing_mm, footprint)
     return _narrow(inside, ridge, spacing_mm)
 
 
@@ -223,17 +224,24 @@ def _of_pixels(patch: Patch, start: Ridge, spacing: float) -> Ridge:
     best = min(starts, key=lambda one: one.chi2)
     lean = best.parameters[3] > _WELL_SAMPLED * spacing
     leans = (_SYMMETRIC, _ALL) if lean else (_SYMMETRIC,)
-    free = np.log(max(len(patch.u_mm), 1)) * np.array([one.sum() for one in leans])
-    fits = _fits(patch, best, leans, _SEEN_SHAPES, spacing, patch.pixel_mm)
-    prior = np.array([0.0, *[_USUAL] * (len(_SEEN_SHAPES) - 1)])
-    return _mean(fits, np.add.outer(free, prior).ravel(), len(patch.u_mm), alike=_ALIKE_ROWS)
+    return _averaged(patch, best, leans, _SEEN_SHAPES, spacing, patch.pixel_mm, alike=_ALIKE_ROWS)
 
 
-def _averaged(patch: Patch, start: Ridge, leans: Sequence[Bools], spacing: float, footprint: float) -> Ridge:
+def _averaged(
+    patch: Patch,
+    start: Ridge,
+    leans: Sequence[Bools],
+    shapes: Sequence[Kind],
+    spacing: float,
+    footprint: float,
+    *,
+    alike: float = 1.0,
+) -> Ridge:
     """The mean over all kinds of cross-section, with ``leans`` free, by Schwarz's criterion."""
     free = np.log(max(len(patch.u_mm), 1)) * np.array([lean.sum() for lean in leans])
-    fits = _fits(patch, start, leans, _SHAPES, spacing, footprint)
-    return _mean(fits, np.add.outer(free, _PRIOR).ravel(), len(patch.u_mm))
+    fits = _fits(patch, start, leans, shapes, spacing, footprint)
+    prior = np.add.outer(free, _PRIOR[: len(shapes)]).ravel()
+    return _mean(fits, prior, len(patch.u_mm), alike=alike)
 
 
 def _fits(

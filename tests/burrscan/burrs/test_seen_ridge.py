@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from burrscan.arrays import Floats
+from burrscan.burrs import describe
+from burrscan.burrs.describe import Eye, Site
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import Ridge, _equations, _profile, first_ridge, fit_ridge
 from burrscan.burrs.shape.section import Kind
@@ -95,6 +100,34 @@ def test_a_burr_four_pixels_wide_is_as_high_as_it_is_from_wherever_it_is_seen(
 def test_a_crest_that_is_round_is_no_higher_than_it_is() -> None:
     ridge = fitted(1.0, 1.2, 0.4, sunk=False, kind=Kind(2))
     assert ridge.height_mm == pytest.approx(1.0, abs=0.07)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("direction", [(0.0, 1.0), (1.0, 0.0), (0.6, 0.8)])
+def test_vertices_go_where_their_lines_of_sight_meet_the_surface_below(
+    direction: tuple[float, float], sign: int
+) -> None:
+    """A cylinder so large that it is its tangent plane, x outwards; from a camera to both sides of a burr."""
+    radius, rng = 1e6, np.random.default_rng(5)
+    around, along = rng.uniform(-3.0, 3.0, (2, 60))
+    lift = rng.uniform(0.0, 2.0, 60)
+    camera = np.array([radius + 500.0, 210.0, -160.0])
+    field: Any = SimpleNamespace(
+        angle=around / radius,
+        foot=np.stack([along, np.full(60, radius)], axis=1),
+        normal=np.tile([0.0, 1.0], (60, 1)),
+    )
+    a, b = direction
+    patch = Patch(around * a + along * b, along * a - around * b, lift, np.ones(60))
+    site = Site(np.arange(60), np.ones(60, np.bool_), sign, 20.0)
+    found = describe._seen_by(Eye(camera, 1e-3), patch, field, site, np.array(direction))
+    vertex = np.stack([radius + sign * lift, around, along], axis=1)
+    met = camera + (vertex - camera) * ((camera[0] - radius) / (camera[0] - vertex[:, 0]))[:, None]
+    np.testing.assert_allclose(found.v_mm, met[:, 2] * a - met[:, 1] * b, atol=0.01)
+    np.testing.assert_allclose(found.as_points().v_mm, patch.v_mm, atol=0.02)
+    assert found.sunk == (sign < 0)
+    away = np.linalg.norm(camera - [radius, 0.0, 0.0])
+    assert found.pixel_mm == pytest.approx(1e-3 * away * np.hypot(1.0, found.slant), rel=0.01)
 
 
 def test_pixels_that_are_taken_for_points_tell_another_height() -> None:

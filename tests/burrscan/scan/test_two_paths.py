@@ -94,6 +94,15 @@ def test_the_direct_column_is_told_where_most_light_is_mirrored(
     assert (two.lost[changed] <= 0.3).all()
 
 
+def test_light_from_beside_the_direct_column_is_held_open() -> None:
+    """Of an exponential as far away, what lies within a quarter stripe, as if all of it were midway there."""
+    share, mean_px = 1.0, 4.0
+    _, one, two = readings(share, mean_px, 0.8)
+    near = share * stats.expon.cdf(1.5, scale=mean_px)
+    changed = strip(two) & (two.u_px != one.u_px)
+    assert np.median(two.sigma_u_px[changed]) > 0.8 * 0.75 * near / (1.0 + near)
+
+
 def test_a_lone_path_is_left_alone_to_the_last_bit() -> None:
     _, one, two = readings(2.0, 6.0, 0.5)
     beside = np.ones(one.u_px.shape, np.bool_)

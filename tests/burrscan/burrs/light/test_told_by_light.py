@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from burrscan.burrs import residual
+from burrscan.burrs.describe import describe
 from burrscan.burrs.light.disturbed import Place, disturbed
 from burrscan.burrs.light.shine import MIRRORED, walls_share
 from burrscan.inspection import Burr, Value
@@ -145,19 +146,38 @@ def test_the_light_of_one_place_says_nothing_of_another() -> None:
     assert sorted(sides.values()) == ["nick", "protrusion"]
 
 
-def test_verdict_area_and_volume_are_those_of_the_height_that_is_stated() -> None:
+def depth_alone(monkeypatch: pytest.MonkeyPatch) -> list[Burr]:
+    """What the depth of a scan tells of its burrs, before light is asked; filled as they are described."""
+    told: list[Burr] = []
+
+    def described(*args: Any, **kwargs: Any) -> Burr | None:
+        burr = describe(*args, **kwargs)
+        if burr is not None:
+            told.append(burr)
+        return burr
+
+    monkeypatch.setattr(residual, "describe", described)
+    return told
+
+
+def test_verdict_area_and_volume_are_those_of_the_height_that_is_stated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A low measured edge of a burr that is mostly dark: its fitted height was judged, another was stated."""
     scene = Scene()
     scene.log_light[scene.band(20.0, 4.4, -15.0, 12.0)] -= 1.1
     scene.lift_mm[scene.band(20.0, 4.4, -15.0, 12.0)] += 0.15
-    scene.lost |= scene.band(21.0, 2.4, -15.0, 12.0)
+    scene.lost |= scene.band(20.0, 2.4, -15.0, 12.0)
     (low,) = burrs_of(scene, seen=False)
+    told = depth_alone(monkeypatch)
     (burr,) = burrs_of(scene, seen=True, limit_mm=1.5 * low.height_mm.value)
     assert burr.height_mm.value > 1.5 * low.height_mm.value
     assert burr.within_limit is False
-    area = 0.5 * burr.height_mm.value * burr.width_mm.value  # of a triangle; the fitted one's is 0.21
-    assert burr.area_mm2.value == pytest.approx(area, rel=0.15)  # its mean height, and its largest
-    assert burr.volume_mm3.value == pytest.approx(burr.area_mm2.value * burr.length_mm.value)
+    (fitted,) = told
+    grown = burr.height_mm.value / fitted.height_mm.value
+    assert grown != pytest.approx(1.0, abs=0.05)
+    assert burr.area_mm2.value == pytest.approx(grown * fitted.area_mm2.value)
+    assert burr.volume_mm3.value == pytest.approx(grown * fitted.volume_mm3.value)
 
 
 def test_the_most_significant_comes_first_whatever_told_it() -> None:
@@ -210,10 +230,11 @@ def test_what_the_light_leaves_open_the_depth_decides(
     assert residual._told_by_light([], [place], unused, unused) == ([], [place])
 
 
-def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
+def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = Scene()
     cells = scene.band(0.0, 5.0, -15.0, 12.0)
     scene.lift_mm[cells] -= 3.0 * (1.0 - np.abs(scene.around[cells]) / 2.5)
+    told = depth_alone(monkeypatch)
     (plain,), (burr,) = (burrs_of(scene, seen=seen) for seen in (False, True))
     (of_many,) = burrs_of(scene, seen=True, several_views=True)
     assert of_many.height_mm == burr.height_mm
@@ -221,6 +242,7 @@ def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other() -> None:
     assert walls_share(burr) > 0.2
     assert plain.height_mm.value == pytest.approx(3.0, rel=0.01)
     assert burr.height_mm.value == pytest.approx(3.0, rel=0.03)  # its pixels are points, and not means
+    assert burr.height_mm.value == told[1].height_mm.value  # light leaves the depth's own as it is
     assert burr.height_mm.sigma > walls_share(burr) * burr.height_mm.value
     assert plain.height_mm.sigma < 0.5 * burr.height_mm.sigma
 
