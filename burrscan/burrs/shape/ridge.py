@@ -280,7 +280,15 @@ def _mean(fits: Sequence[Ridge], prior: Floats, count: int, *, alike: float = 1.
 
 
 def _of_height(ridge: Ridge, height_mm: float, open_mm: float) -> Ridge:
-    return replace(ridge, parameters=np.append(height_mm, ridge.parameters[1:]), open_mm=open_mm)
+    """The same ridge, higher or lower, and as sure of its height in proportion."""
+    by = np.append(height_mm / ridge.height_mm, np.ones(len(ridge.parameters) - 1))
+    return replace(
+        ridge,
+        parameters=by * ridge.parameters,
+        covariance=by[:, None] * ridge.covariance * by,
+        noise_mm=by[0] * ridge.noise_mm,
+        open_mm=open_mm,
+    )
 
 
 def between(patch: Patch, extent: tuple[float, float]) -> Patch:
@@ -463,7 +471,12 @@ def _narrow(patch: Patch, ridge: Ridge, spacing: float) -> Ridge:
     averaged = _mean(fits, _PRIOR, count)
     # a descent's height differs from the posterior's mean, and it does not know what is open
     by = summed.height_mm / fits[0].height_mm
-    likeliest = summed if averaged.kind == _TRIANGLE else replace(averaged, covariance=summed.covariance)
+    likeliest = summed
+    if averaged.kind != _TRIANGLE:
+        rest = averaged.parameters[1:]
+        likeliest = replace(
+            averaged, parameters=np.append(summed.height_mm, rest), covariance=summed.covariance
+        )
     return _of_height(likeliest, by * averaged.height_mm, by * averaged.open_mm)
 
 

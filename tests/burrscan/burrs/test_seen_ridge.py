@@ -12,7 +12,7 @@ from burrscan.arrays import Floats
 from burrscan.burrs import describe
 from burrscan.burrs.describe import Eye, Site
 from burrscan.burrs.shape.patch import Patch
-from burrscan.burrs.shape.ridge import Ridge, _equations, _profile, first_ridge, fit_ridge
+from burrscan.burrs.shape.ridge import Ridge, _equations, _of_height, _profile, first_ridge, fit_ridge
 from burrscan.burrs.shape.section import Kind
 
 PIXEL = 0.5
@@ -144,3 +144,15 @@ def test_of_fewer_than_three_pixels_both_count_and_what_they_differ_by_is_open()
         ridge = fitted(1.0, 0.5, 0.3, sunk=sunk, kind=Kind())
         assert abs(ridge.height_mm - 1.0) < 3.0 * np.hypot(ridge.open_mm, ridge.sigma_of([1, 0, 0, 0, 0]))
         assert ridge.open_mm > 0.1
+
+
+def test_a_mean_height_is_as_sure_in_proportion_as_the_fit_that_stands_for_it() -> None:
+    """Else a mean lower than the fit is not credible, and its burr is told by light alone, or lost."""
+    ridge = fitted(1.0, 0.8, 0.3, sunk=False, kind=Kind())
+    lower = _of_height(ridge, 0.3 * ridge.height_mm, 0.1)
+    height, width = [1.0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0]
+    assert lower.sigma_of(height) == pytest.approx(0.3 * ridge.sigma_of(height))
+    assert lower.noise_mm == pytest.approx(0.3 * ridge.noise_mm)
+    assert lower.sigma_of(width) == pytest.approx(ridge.sigma_of(width))
+    w, h = ridge.width_mm, ridge.height_mm
+    assert lower.sigma_of([w, 0, 0, 0.6 * h, 0]) == pytest.approx(0.3 * ridge.sigma_of([w, 0, 0, 2.0 * h, 0]))
