@@ -305,7 +305,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     part of a burr no wider than they are, and of its shadow.
     """
     patch, least = frame.patch, STRETCH * field.spacing_mm
-    most, sigma = height_of(patch, ridge, least_mm=least)
+    most, sigma = height_of(patch, ridge, row_mm=field.spacing_mm)
     known = float(np.hypot(sigma, _NO_TRIANGLE_SHARED * most))
     height = Value(most, float(np.hypot(known, ridge.open_mm)))
     if not edged and site.sign < 0:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from burrscan.arrays import Floats
-from burrscan.burrs.describe import NO_TRIANGLE, STRETCH
+from burrscan.burrs.describe import NO_TRIANGLE
 from burrscan.burrs.height import combined, volume
 from burrscan.burrs.light.shine import walls_share
 from burrscan.burrs.pose import turned_by
@@ -221,7 +221,7 @@ def _fitted(patches: Sequence[Patch], burr: Burr, pitch_mm: float) -> _Fit | Non
     if first is None:
         return None
     ridge = fit_ridge(patch, first, spacing_mm=spacing_mm, footprint_mm=pitch_mm)
-    height, height_sigma = height_of(patch, ridge, least_mm=STRETCH * spacing_mm)
+    height, height_sigma = height_of(patch, ridge, row_mm=pitch_mm)
     across_sigma = ridge.sigma_of([0.0, 1.0, 0.0, 0.0, ridge.parameters[3]])
     return _Fit(
         np.array([ridge.base_middle_mm(0.0), height, ridge.width_mm, ridge.area_mm2]),
