@@ -275,7 +275,7 @@ STEPS: tuple[Step, ...] = (
     ),
     Step("burrs are no triangles", "burrs", {"burrscan.burrs.describe:NO_TRIANGLE": 0.0}),
     Step(
-        "height of the higher stretches",
+        "height where it is highest",
         "burrs",
         {"burrscan.burrs.describe:height_of": _one_height},
     ),

@@ -23,9 +23,9 @@ from burrscan.turns import turn_rad
 
 _ELONGATED = 1.3
 """Below this ratio of its two standard deviations a region has no direction of its own: along the curve."""
-STRETCH = 4.0
-"""Least length over which a height is stated, in spacings of the vertices. With 6 the tops of torn burrs are
-lost (95 % of heights 0.49 instead of 0.45 mm), 3 gains nothing."""
+_STRETCH = 4.0
+"""Least length over which a crest's height is stated, in spacings of the vertices. With 6 the tops of torn
+burrs are lost (95 % of heights 0.49 instead of 0.45 mm), 3 gains nothing."""
 _LEAST_SIGNIFICANCE = 4.0
 """In noise deviations of the height: lower lets noise through as burrs, higher loses faint ones."""
 NO_TRIANGLE = 0.02
@@ -304,7 +304,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     Elsewhere, too, where what stands up is a pedestal with something much higher on it: pixels that hold a
     part of a burr no wider than they are, and of its shadow.
     """
-    patch, least = frame.patch, STRETCH * field.spacing_mm
+    patch = frame.patch
     most, sigma = height_of(patch, ridge, row_mm=field.spacing_mm)
     known = float(np.hypot(sigma, _NO_TRIANGLE_SHARED * most))
     height = Value(most, float(np.hypot(known, ridge.open_mm)))
@@ -313,7 +313,7 @@ def _height(field: Field, site: Site, ridge: Ridge, frame: _Frame, *, edged: boo
     own = field.local_mm[site.chosen]  # a crest is often the border of what is seen, whose sigma is another
     on = replace(patch, sigma_mm=own).of(site.on)
     extent = ridge.start_mm, ridge.end_mm
-    crest = crest_of(on, extent, spacing_mm=field.spacing_mm, least_mm=least)
+    crest = crest_of(on, extent, spacing_mm=field.spacing_mm, least_mm=_STRETCH * field.spacing_mm)
     if crest is None:
         return height
     if not edged:
