@@ -280,13 +280,14 @@ def _mean(fits: Sequence[Ridge], prior: Floats, count: int, *, alike: float = 1.
 
 
 def _of_height(ridge: Ridge, height_mm: float, open_mm: float) -> Ridge:
-    """The same ridge, higher or lower, and as sure of its height in proportion."""
-    by = np.append(height_mm / ridge.height_mm, np.ones(len(ridge.parameters) - 1))
+    """The same ridge, higher or lower, and as sure of its height in proportion, if it had one above 0."""
+    by = height_mm / ridge.height_mm if ridge.height_mm > 0.0 else 1.0
+    scale = np.append(by, np.ones(len(ridge.parameters) - 1))
     return replace(
         ridge,
-        parameters=by * ridge.parameters,
-        covariance=by[:, None] * ridge.covariance * by,
-        noise_mm=by[0] * ridge.noise_mm,
+        parameters=np.append(height_mm, ridge.parameters[1:]),
+        covariance=scale[:, None] * ridge.covariance * scale,
+        noise_mm=by * ridge.noise_mm,
         open_mm=open_mm,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -156,3 +157,7 @@ def test_a_mean_height_is_as_sure_in_proportion_as_the_fit_that_stands_for_it() 
     assert lower.sigma_of(width) == pytest.approx(ridge.sigma_of(width))
     w, h = ridge.width_mm, ridge.height_mm
     assert lower.sigma_of([w, 0, 0, 0.6 * h, 0]) == pytest.approx(0.3 * ridge.sigma_of([w, 0, 0, 2.0 * h, 0]))
+    sunk = replace(ridge, parameters=ridge.parameters * [-1.0, 1, 1, 1, 1])  # a fit that noise turned over
+    none = _of_height(sunk, 1e-9, 0.0)
+    assert none.height_mm < 2.0 * none.sigma_of(height)
+    assert none.height_mm < none.noise_mm
