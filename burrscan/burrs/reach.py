@@ -32,6 +32,8 @@ _FLANK, _GUARD = 9, 2
 """Columns to either side of a burr that are lower, and those between that are its ends."""
 _LOWER = 0.5
 """Share of a burr's reach that they have at most."""
+_MEDIAN_ERRS = 0.15
+"""Standard deviation of the median of so many columns, each evenly within a vertex spacing (Beta(5, 5))."""
 _SUSPECT, _SUSPECT_SIGMAS = 0.5, 5.0
 """Vertex spacings, and standard deviations, by which columns that are suspect for another reason run on."""
 _PASSES = 5
@@ -149,9 +151,9 @@ def runs_on(off: Floats, run: Ints, *, closed: bool) -> bool:
 def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:
     """Whether columns that run on stand out from those before and after them: else it is a slope.
 
-    Those beside them must be lower in the mean, and most of them: where an edge crosses the rows of pixels at
-    a small angle a slope is a comb, each third column a vertex shorter. Past the ends of a field that is not
-    ``closed`` nothing is known.
+    Those beside them must be lower in the mean, and most of them, as far as pixels let most be known: where
+    an edge crosses the rows of pixels at a small angle a slope is a comb, each third column a vertex shorter.
+    Past the ends of a field that is not ``closed`` nothing is known. ``off`` is in vertex spacings.
     """
     level = float(np.nanmedian(off[run % len(off)]))
     flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
@@ -160,7 +162,7 @@ def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:
         beside = np.where(inside, off[flank % len(off)], np.nan)
         if np.isfinite(beside).mean() < _KNOWN:
             return False
-        if max(float(np.nanmean(beside)), float(np.nanmedian(beside))) > _LOWER * level:
+        if np.nanmean(beside) > _LOWER * level or np.nanmedian(beside) > _LOWER * level + _MEDIAN_ERRS:
             return False
     return True
 
