@@ -185,6 +185,8 @@ def test_a_burr_as_high_all_along_is_hardly_made_higher(noise: float) -> None:
     rng = np.random.default_rng(1)
     gains = [highest(seen, np.full(24, noise**-2))[0] for seen in 1.0 + noise * rng.normal(size=(400, 24))]
     assert 1.0 <= np.mean(gains) < 1.0 + 0.5 * noise
+    rows = 1.0 + noise * rng.normal(size=(100, 24))  # and state half of their noise
+    assert np.mean([highest(seen, np.full(24, (0.5 * noise) ** -2))[0] for seen in rows]) < 1.0 + 0.8 * noise
     assert highest(np.array([0.1, -0.3, 0.1]), np.ones(3)) == (1.0, 0.0)
 
 
@@ -212,6 +214,49 @@ def test_courses_have_the_largest_value_that_dense_matrices_give_them(noise: flo
     drawn = courses.largest()[0]
     assert drawn.mean() == pytest.approx(most.mean(), abs=3.0 * most.std() / np.sqrt(drawn.size))
     assert drawn.std() == pytest.approx(most.std(), rel=3.0 / np.sqrt(2.0 * drawn.size))
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.12])
+def test_all_spreads_reaches_and_noises_count_by_their_evidence(noise: float) -> None:
+    """Against one Gaussian of all rows for each of them, and 4000 draws; rows err twice as far as stated."""
+    rng = np.random.default_rng(8)
+    seen = 1.0 + 0.1 * np.sin(np.arange(14.0)) + noise * rng.normal(size=14)
+    stated = np.full(14, (0.5 * noise) ** 2)
+    apart = np.abs(np.arange(14)[:, None] - np.arange(14))
+    evidence, most, spread_of_most = [], [], []
+    each = [(s, r, n) for s in along._SPREADS for r in along._REACHES for n in along._NOISES]
+    for spread, reach, times in [*each, *((0.0, 1.0, n) for n in along._NOISES)]:
+        process = spread**2 * np.exp(-apart / reach)
+        inverse = np.linalg.inv(process + times * np.diag(stated))
+        precision, mean = inverse.sum(), (inverse @ seen).sum() / inverse.sum()
+        prior = (1.0 - along._EVEN) / len(each) if spread else along._EVEN / len(along._NOISES)
+        chi2 = (seen - mean) @ inverse @ (seen - mean)
+        evidence.append(np.log(prior) + 0.5 * (np.linalg.slogdet(inverse)[1] - np.log(precision) - chi2))
+        taken, by_mean = process @ inverse, 1.0 - (process @ inverse).sum(axis=1)
+        after = process - taken @ process + np.outer(by_mean, by_mean) / precision
+        drawn = rng.multivariate_normal(mean + taken @ (seen - mean), after, 4000).max(axis=1)
+        most.append(drawn.mean() if spread else mean)
+        spread_of_most.append(drawn.std() if spread else 0.0)
+    odds = np.exp(np.array(evidence) - max(evidence))
+    odds /= odds.sum()
+    expected = odds @ most
+    sigma = np.sqrt(odds @ (np.square(spread_of_most) + (np.array(most) - expected) ** 2))
+    found = highest(seen, 1.0 / stated)
+    assert found[0] * seen.mean() == pytest.approx(expected, abs=0.1 * sigma + 1e-3)
+    assert found[1] * seen.mean() == pytest.approx(sigma, rel=0.1)
+
+
+def test_vertices_that_scatter_more_than_they_state_raise_no_height() -> None:
+    rng = np.random.default_rng(6)
+    u, v = (each.ravel() for each in np.meshgrid(0.5 * np.arange(24), 0.5 * np.arange(-5, 6)))
+    even = section(v, 1.4, 1.4, Kind())[0]
+    raised = []
+    for _ in range(12):
+        patch = Patch(u, v, even + 0.1 * rng.normal(size=len(u)), np.full(len(u), 0.02))
+        first = first_ridge(patch, spacing_mm=0.5, start=(0.0, 12.0))
+        assert first is not None
+        raised.append(height_of(patch, first, row_mm=0.5)[0] / first.height_mm)
+    assert np.mean(raised) < 1.04
 
 
 def test_rows_that_are_not_seen_and_too_few_rows_tell_no_course(monkeypatch: pytest.MonkeyPatch) -> None:
