@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -190,53 +191,60 @@ def test_a_burr_as_high_all_along_is_hardly_made_higher(noise: float) -> None:
     assert highest(np.array([0.1, -0.3, 0.1]), np.ones(3)) == (1.0, 0.0)
 
 
+class Dense(NamedTuple):
+    """A course as one Gaussian of all its rows: what they tell of its mean and of its largest value."""
+
+    mean: float
+    precision: float
+    evidence: float
+    most: Floats
+
+
+def dense(rows: Floats, seen: Floats, variance: Floats, spread: float, reach: float, draws: int) -> Dense:
+    """By matrices of all rows, and draws of all of them at once."""
+    process = spread**2 * np.exp(-np.abs(rows[:, None] - rows) / reach)
+    inverse = np.linalg.inv(process + np.diag(variance))
+    precision = float(inverse.sum())
+    mean = float((inverse @ seen).sum() / precision)
+    left, taken = seen - mean, process @ inverse
+    evidence = 0.5 * float(np.linalg.slogdet(inverse)[1] - np.log(precision) - left @ inverse @ left)
+    by_mean = 1.0 - taken.sum(axis=1)
+    after = process - taken @ process + np.outer(by_mean, by_mean) / precision
+    most = np.random.default_rng(2).multivariate_normal(mean + taken @ left, after, draws).max(axis=1)
+    return Dense(mean, precision, evidence, most)
+
+
 @pytest.mark.parametrize(("noise", "reach"), [(0.1, 3.0), (2.0, 16.0)])
 def test_courses_have_the_largest_value_that_dense_matrices_give_them(noise: float, reach: float) -> None:
-    """One spread and reach, against the same process as one Gaussian of all rows, and 200,000 draws of it."""
+    """One spread and reach, against 200,000 draws."""
     rng = np.random.default_rng(2)
     rows = np.flatnonzero(rng.uniform(size=30) < 0.8)
     variance = rng.uniform(0.1 * noise, 2.0 * noise, len(rows)) ** 2
     seen = 1.0 + 0.2 * rng.normal(size=len(rows))
     courses = _filtered(seen, variance[:, None], np.exp(-np.diff(rows)[:, None] / reach), np.array([0.25]))
-    process = 0.25**2 * np.exp(-np.abs(rows[:, None] - rows) / reach)
-    inverse = np.linalg.inv(process + np.diag(variance))
-    precision = inverse.sum()
-    mean = (inverse @ seen).sum() / precision
-    left = seen - mean
-    evidence = -0.5 * (np.linalg.slogdet(process + np.diag(variance))[1] + np.log(precision))
-    assert courses.mean == pytest.approx(mean)
-    assert courses.precision == pytest.approx(precision)
-    assert courses.evidence == pytest.approx(evidence - 0.5 * left @ inverse @ left)
-    taken = process @ inverse
-    by_mean = 1.0 - taken.sum(axis=1)
-    after = process - taken @ process + np.outer(by_mean, by_mean) / precision
-    most = rng.multivariate_normal(mean + taken @ left, after, 200_000).max(axis=1)
+    true = dense(rows.astype(float), seen, variance, 0.25, reach, 200_000)
+    assert courses.mean == pytest.approx(true.mean)
+    assert courses.precision == pytest.approx(true.precision)
+    assert courses.evidence == pytest.approx(true.evidence)
     drawn = courses.largest()[0]
-    assert drawn.mean() == pytest.approx(most.mean(), abs=3.0 * most.std() / np.sqrt(drawn.size))
-    assert drawn.std() == pytest.approx(most.std(), rel=3.0 / np.sqrt(2.0 * drawn.size))
+    assert drawn.mean() == pytest.approx(true.most.mean(), abs=3.0 * true.most.std() / np.sqrt(drawn.size))
+    assert drawn.std() == pytest.approx(true.most.std(), rel=3.0 / np.sqrt(2.0 * drawn.size))
 
 
 @pytest.mark.parametrize("noise", [0.03, 0.12])
 def test_all_spreads_reaches_and_noises_count_by_their_evidence(noise: float) -> None:
-    """Against one Gaussian of all rows for each of them, and 4000 draws; rows err twice as far as stated."""
-    rng = np.random.default_rng(8)
-    seen = 1.0 + 0.1 * np.sin(np.arange(14.0)) + noise * rng.normal(size=14)
+    """Against 4000 draws for each of them; rows err by twice what they state."""
+    rows = np.arange(14.0)
+    seen = 1.0 + 0.1 * np.sin(rows) + noise * np.random.default_rng(8).normal(size=14)
     stated = np.full(14, (0.5 * noise) ** 2)
-    apart = np.abs(np.arange(14)[:, None] - np.arange(14))
     evidence, most, spread_of_most = [], [], []
     each = [(s, r, n) for s in along._SPREADS for r in along._REACHES for n in along._NOISES]
     for spread, reach, times in [*each, *((0.0, 1.0, n) for n in along._NOISES)]:
-        process = spread**2 * np.exp(-apart / reach)
-        inverse = np.linalg.inv(process + times * np.diag(stated))
-        precision, mean = inverse.sum(), (inverse @ seen).sum() / inverse.sum()
+        true = dense(rows, seen, times * stated, spread, reach, 4000)
         prior = (1.0 - along._EVEN) / len(each) if spread else along._EVEN / len(along._NOISES)
-        chi2 = (seen - mean) @ inverse @ (seen - mean)
-        evidence.append(np.log(prior) + 0.5 * (np.linalg.slogdet(inverse)[1] - np.log(precision) - chi2))
-        taken, by_mean = process @ inverse, 1.0 - (process @ inverse).sum(axis=1)
-        after = process - taken @ process + np.outer(by_mean, by_mean) / precision
-        drawn = rng.multivariate_normal(mean + taken @ (seen - mean), after, 4000).max(axis=1)
-        most.append(drawn.mean() if spread else mean)
-        spread_of_most.append(drawn.std() if spread else 0.0)
+        evidence.append(np.log(prior) + true.evidence)
+        most.append(true.most.mean() if spread else true.mean)
+        spread_of_most.append(true.most.std() if spread else 0.0)
     odds = np.exp(np.array(evidence) - max(evidence))
     odds /= odds.sum()
     expected = odds @ most

@@ -55,3 +55,12 @@ def test_of_too_few_depths_nothing_is_said(known: int) -> None:
     depth = np.full(SHAPE, np.nan)
     depth[30, 38 : 38 + known] = 0.05
     assert not depths_are_noise(disc(), depth, STATED, pixels())
+
+
+@pytest.mark.filterwarnings("error")
+def test_cells_on_the_surface_itself_may_state_no_error() -> None:
+    """Nothing over nothing was no number, of which no median is less than anything: no noise."""
+    depth, stated = noise(2), STATED.copy()
+    depth[30, 40], stated[30, 40] = 0.0, 0.0
+    assert depths_are_noise(disc(), noise(2), STATED, pixels())
+    assert depths_are_noise(disc(), depth, stated, pixels())
