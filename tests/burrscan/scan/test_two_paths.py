@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy import sparse, stats
+from scipy import optimize, sparse, stats
 
 from burrscan.arrays import Bools
 from burrscan.codes.code import patterns
@@ -123,19 +123,73 @@ def test_two_places_that_a_pixel_sees_are_no_two_paths(monkeypatch: pytest.Monke
     assert wide < 0.5 * told
 
 
-def test_the_gradient_is_that_of_chi_squared() -> None:
+F, G = 2.0 * np.pi * CODE.per_column, 2.0 * np.pi * CODE.per_row
+SHARP = np.exp(-0.15 * (F * F + G * G))
+
+
+def model(place: float, apart: float, breadth: float) -> np.ndarray:
+    """(K, 2) phasors of both paths' light of one unit."""
+    other = [two_paths._spread(f, g, apart, breadth) for f, g in zip(F, G, strict=True)]
+    phasors: np.ndarray = np.exp(1j * F * place)[:, None] * np.stack([SHARP + 0j, other], axis=1)
+    return phasors
+
+
+def least_squares(t: np.ndarray, weight: np.ndarray, paths: np.ndarray) -> tuple[np.ndarray, float]:
+    """Amplitudes from zero up and chi², by scipy's active sets."""
+    root = np.sqrt(weight)
+    A = np.concatenate([root[:, None] * paths.real, root[:, None] * paths.imag])
+    both, residual = optimize.nnls(A, np.concatenate([root * t.real, root * t.imag]))
+    return both, residual**2
+
+
+@pytest.mark.parametrize("amplitudes", [(1.2, 0.8), (1.0, -0.4), (-0.3, 1.0)])
+def test_amplitudes_and_gradient_are_those_of_least_squares(amplitudes: tuple[float, float]) -> None:
     rng = np.random.default_rng(2)
-    f, g = 2.0 * np.pi * CODE.per_column, 2.0 * np.pi * CODE.per_row
-    t = rng.normal(size=11) + 1j * rng.normal(size=11)
-    weight, sharp = rng.uniform(0.5, 2.0, 11), np.exp(-0.15 * (f * f + g * g))
-    p = np.array([0.4, -3.0, 0.6, 1.2, 0.8])
+    t = model(0.7, -4.0, 0.5) @ amplitudes + 0.05 * (rng.normal(size=11) + 1j * rng.normal(size=11))
+    weight = rng.uniform(0.5, 2.0, 11)
+    p = np.array([0.4, -3.0, 0.6, 7.0, 7.0])
 
     def chi2_at(one: np.ndarray) -> float:
-        return float(two_paths._equations(one, t, weight, f, g, sharp)[0])
+        return float(least_squares(t, weight, model(*one[:3]))[1] + (one[1] / two_paths._FAR_PX) ** 2)
 
-    numeric = [(chi2_at(p + step) - chi2_at(p - step)) / 2e-6 for step in 1e-6 * np.eye(5)]
-    gradient = two_paths._equations(p, t, weight, f, g, sharp)[1]
-    np.testing.assert_allclose(-2.0 * gradient, numeric, rtol=1e-5, atol=1e-5)
+    chi2, gradient, _ = two_paths._equations(p, t, weight, F, G, SHARP)
+    np.testing.assert_allclose(p[3:], least_squares(t, weight, model(*p[:3]))[0], atol=1e-5)
+    assert chi2 == pytest.approx(chi2_at(p), rel=1e-4)
+    numeric = [(chi2_at(p + step) - chi2_at(p - step)) / 2e-5 for step in 1e-5 * np.eye(5)[:3]]
+    np.testing.assert_allclose(-2.0 * gradient[:3], numeric, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("breadths", "shares"),
+    [
+        pytest.param((0.3, 0.8), (0.4, 3.0), id="within"),
+        pytest.param((1.0, 1.3), (5.0, 50.0), id="at a bound"),
+    ],
+)
+def test_the_fit_ends_where_chi_squared_is_least(
+    breadths: tuple[float, float], shares: tuple[float, float]
+) -> None:
+    """Where a simplex that knows nothing of derivatives ends, which begins at the truth."""
+    rng, count = np.random.default_rng(3), 60
+    weight = np.full((count, 11), 1.0 / 0.03**2)
+    t, least = np.empty((count, 11), np.complex128), np.empty(count)
+    for n in range(count):
+        truth = (
+            rng.uniform(-1.0, 1.0),
+            rng.choice([-1.0, 1.0]) * rng.uniform(2.5, 9.0),
+            rng.uniform(*breadths),
+        )
+        noise = 0.03 * (rng.normal(size=11) + 1j * rng.normal(size=11))
+        t[n] = model(*truth) @ (1.0, rng.uniform(*shares)) + noise
+
+        def chi2_at(one: np.ndarray, n: int = n) -> float:
+            breadth = np.clip(one[2], two_paths._NARROWEST, two_paths._BROADEST)
+            chi2 = least_squares(t[n], weight[n], model(one[0], one[1], breadth))[1]
+            return float(chi2 + (one[1] / two_paths._FAR_PX) ** 2)
+
+        least[n] = optimize.minimize(chi2_at, truth, method="Nelder-Mead", options={"xatol": 1e-5}).fun
+    above = two_paths._both(t, weight, np.zeros(count), F, G)[:, 3] - least
+    assert np.mean(above < 0.05) >= 0.95
 
 
 def test_spread_light_has_the_phasor_of_its_distribution() -> None:
@@ -143,5 +197,6 @@ def test_spread_light_has_the_phasor_of_its_distribution() -> None:
     away = np.linspace(0.0, 60.0, 600_001)
     density = stats.gamma.pdf(away, 4.0, scale=1.5)  # mean 6, relative spread a half
     true = np.array([np.trapezoid(density * np.exp(1j * one * away), away) for one in f])
-    np.testing.assert_allclose(two_paths._spread(f, np.zeros(9), 6.0, 0.5), true, atol=1e-5)
-    np.testing.assert_allclose(two_paths._spread(f, np.zeros(9), -6.0, 0.5), true.conj(), atol=1e-5)
+    for apart, phasors in ((6.0, true), (-6.0, true.conj())):
+        told = [two_paths._spread(one, 0.0, apart, 0.5) for one in f]
+        np.testing.assert_allclose(told, phasors, atol=1e-5)
