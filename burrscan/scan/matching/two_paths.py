@@ -33,7 +33,8 @@ border, where none is, and 3.5 leaves more flanks where they were."""
 _LEAST_LEAD = 14.0
 """In chi², in units of the misfit: by so much any other column must be worse, as for one path."""
 _LEAST_SHARE = 0.1
-"""Of the other path's light over the direct: less moves no column by more than noise."""
+"""Of the weaker path's light over the stronger's. Less of another moves no column by more than noise, and a
+wrong fit needs less direct light: of 172 such pixels on 23 rendered wheels 170 were over a pixel off."""
 _BEYOND_FOOTPRINT = 1.5
 """Columns that a pixel sees, by which the other path must be away: at a limb, or a step, a pixel sees two
 places, both directly. A step counts for three columns at most, for what is read beside it may be wrong."""
@@ -130,7 +131,8 @@ def direct_of_two(
     lead = (paths.next - paths.both) / wider
     footprint = np.minimum(_steps(reading.u_px)[rows, columns], _WIDEST_STEP_PX)
     with np.errstate(invalid="ignore"):
-        told = (paths.one > _BETTER * paths.both) & (lead > _LEAST_LEAD) & (paths.share > _LEAST_SHARE)
+        told = (paths.one > _BETTER * paths.both) & (lead > _LEAST_LEAD)
+        told &= (paths.share > _LEAST_SHARE) & (paths.share < 1.0 / _LEAST_SHARE)
         told &= np.abs(paths.apart_px) > _BEYOND_FOOTPRINT * footprint
     sigma = np.hypot(paths.sigma_px * np.sqrt(wider), _near_px(paths))
     at = rows[told], columns[told]

@@ -123,6 +123,14 @@ def test_two_places_that_a_pixel_sees_are_no_two_paths(monkeypatch: pytest.Monke
     assert wide < 0.5 * told
 
 
+def test_two_sharp_paths_are_no_broad_one_from_between_them() -> None:
+    """Columns 14 px apart, as at a step: much light of all columns explains them half as badly as one."""
+    instrument, one, two = readings(1.5, 14.0, 0.1)
+    changed = strip(two) & (two.u_px != one.u_px)
+    wrong = changed & (np.abs(two.u_px - instrument.truth_u) > 1.0)
+    assert np.count_nonzero(wrong) < 0.01 * np.count_nonzero(strip(two))
+
+
 F, G = 2.0 * np.pi * CODE.per_column, 2.0 * np.pi * CODE.per_row
 SHARP = np.exp(-0.15 * (F * F + G * G))
 
