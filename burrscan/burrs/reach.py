@@ -32,8 +32,6 @@ _FLANK, _GUARD = 9, 2
 """Columns to either side of a burr that are lower, and those between that are its ends."""
 _LOWER = 0.5
 """Share of a burr's reach that they have at most."""
-_MEDIAN_ERRS = 0.15
-"""Standard deviation of the median of so many columns, each evenly within a vertex spacing (Beta(5, 5))."""
 _SUSPECT, _SUSPECT_SIGMAS = 0.5, 5.0
 """Vertex spacings, and standard deviations, by which columns that are suspect for another reason run on."""
 _PASSES = 5
@@ -153,18 +151,25 @@ def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:
 
     Those beside them must be lower in the mean, and most of them, as far as pixels let most be known: where
     an edge crosses the rows of pixels at a small angle a slope is a comb, each third column a vertex shorter.
-    Past the ends of a field that is not ``closed`` nothing is known. ``off`` is in vertex spacings.
+    The median of a short run errs as those beside it do, and must be above them twice as surely. Past the
+    ends of a field that is not ``closed`` nothing is known. ``off`` is in vertex spacings.
     """
     level = float(np.nanmedian(off[run % len(off)]))
+    most = _LOWER * (level - 2.0 * _median_errs(len(run))) + _median_errs(_FLANK)
     flanks = (run[0] - _GUARD - np.arange(1, _FLANK + 1), run[-1] + _GUARD + np.arange(1, _FLANK + 1))
     for flank in flanks:
         inside = closed | ((flank >= 0) & (flank < len(off)))
         beside = np.where(inside, off[flank % len(off)], np.nan)
         if np.isfinite(beside).mean() < _KNOWN:
             return False
-        if np.nanmean(beside) > _LOWER * level or np.nanmedian(beside) > _LOWER * level + _MEDIAN_ERRS:
+        if np.nanmean(beside) > _LOWER * level or np.nanmedian(beside) > most:
             return False
     return True
+
+
+def _median_errs(columns: int) -> float:
+    """Standard deviation of the median of so many, each evenly spread over one: Beta's."""
+    return 0.5 / (columns + 2.0) ** 0.5
 
 
 def runs_of(columns: Bools, *, closed: bool) -> list[Ints]:

@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
-from burrscan.arrays import Floats, Ints
+from burrscan.arrays import Bools, Floats, Ints
 from burrscan.burrs.shape.patch import Patch
 from burrscan.burrs.shape.ridge import HUBER, Ridge, between, huber
 
@@ -21,6 +22,8 @@ _MOST = 63
 """Rows that a burr is cut into: of a longer one they are longer."""
 _SEEN = 0.2
 """Share of the usual weight below which a row is not seen, and tells no course."""
+_GAP = 0.5
+"""Share of the usual height: what is surely lower (two standard deviations) is none of the burr, but a gap."""
 _SPREADS = np.array([0.03, 0.06, 0.12, 0.25, 0.5])
 """Standard deviations of a course, shares of the height: rows hide less, and more is in pieces."""
 _REACHES = np.array([2.0, 4.0, 8.0, 16.0])
@@ -86,12 +89,14 @@ def highest(share: Floats, weight: Floats) -> tuple[float, float]:
     O(N · spreads · reaches · noises · draws), of one row at a time: no BLAS, the same bits on any machine.
 
     """
-    rows = np.flatnonzero(weight > _SEEN * np.median(weight))
+    seen = weight > _SEEN * np.median(weight)
+    rows = np.flatnonzero(seen & ~_gaps(share, weight, seen))
     if len(rows) < _FEWEST:
         return 1.0, 0.0
     h, w = share[rows], weight[rows]
     mean = float((w * h).sum() / w.sum())
-    if mean <= 0.0:
+    usual = float((weight * share)[seen].sum() / weight[seen].sum())  # the ridge's, whose fit saw the gaps
+    if usual <= 0.0:
         return 1.0, 0.0
     spread, reach, noise = (each.ravel() for each in np.meshgrid(_SPREADS, _REACHES, _NOISES))
     courses = _filtered(h, noise / w[:, None], np.exp(-np.diff(rows)[:, None] / reach), spread)
@@ -108,7 +113,13 @@ def highest(share: Floats, weight: Floats) -> tuple[float, float]:
         largest = courses.only(likely).largest()
         most[likely], variance[likely] = largest.mean(axis=1), largest.var(axis=1)
     answer = float((odds * most).sum())
-    return answer / mean, float(np.sqrt((odds * (variance + (most - answer) ** 2)).sum())) / mean
+    return answer / usual, float(np.sqrt((odds * (variance + (most - answer) ** 2)).sum())) / usual
+
+
+def _gaps(share: Floats, weight: Floats, seen: Bools) -> Bools:
+    """(N,) rows where the burr is torn off, and those beside them, of which a part is."""
+    above = share + 2.0 / np.sqrt(np.maximum(weight, 1e-300))
+    return np.asarray(binary_dilation(seen & (above < _GAP * np.median(share[seen]))))
 
 
 class _Courses(NamedTuple):

@@ -191,6 +191,30 @@ def test_a_burr_as_high_all_along_is_hardly_made_higher(noise: float) -> None:
     assert highest(np.array([0.1, -0.3, 0.1]), np.ones(3)) == (1.0, 0.0)
 
 
+@pytest.mark.parametrize(("noise", "most"), [(0.03, 0.025), (0.08, 0.05)])
+def test_where_a_burr_is_torn_off_there_is_none_of_it(noise: float, most: float) -> None:
+    """What stands is as high all along: gaps are no low places, nor are rows of which a part is torn off.
+
+    Of the mean, which is the ridge's, gaps are a part.
+    """
+    rng, at, over = np.random.default_rng(6), np.arange(28), []
+    for _ in range(200):
+        start, length = rng.uniform(3.0, 18.0), rng.uniform(4.0, 7.0)
+        torn = np.clip(np.minimum(at + 1.0, start + length) - np.maximum(at, start), 0.0, 1.0)
+        seen = 1.0 - torn + noise * rng.normal(size=28)
+        over.append(highest(seen, np.full(28, noise**-2))[0] * seen.mean() - 1.0)
+    assert abs(np.mean(over)) < most
+    assert np.sqrt(np.mean(np.square(over))) < 1.5 * most
+
+
+def test_a_low_place_that_is_noise_is_no_gap() -> None:
+    """Three rows of thirty at nothing, each known to half of the height: those beside them count as before."""
+    share, weight = 1.0 + 0.05 * np.random.default_rng(7).normal(size=30), np.full(30, 4.0)
+    share[10:13] = 0.0
+    surer = np.where(np.isin(np.arange(30), np.arange(9, 14)), 0.0, weight)
+    assert highest(share, weight)[0] * np.mean(share) < highest(share, surer)[0] * np.mean(share[surer > 0.0])
+
+
 class Dense(NamedTuple):
     """A course as one Gaussian of all its rows: what they tell of its mean and of its largest value."""
 
