@@ -208,11 +208,12 @@ def test_where_a_burr_is_torn_off_there_is_none_of_it(noise: float, most: float)
 
 
 def test_a_low_place_that_is_noise_is_no_gap() -> None:
-    """Three rows of thirty at nothing, each known to half of the height: those beside them count as before."""
+    """Three rows of thirty at nothing, each known to half of the height, and those beside them count."""
     share, weight = 1.0 + 0.05 * np.random.default_rng(7).normal(size=30), np.full(30, 4.0)
     share[10:13] = 0.0
     surer = np.where(np.isin(np.arange(30), np.arange(9, 14)), 0.0, weight)
-    assert highest(share, weight)[0] * np.mean(share) < highest(share, surer)[0] * np.mean(share[surer > 0.0])
+    without = highest(share, surer)[0] * np.mean(share[surer > 0.0])
+    assert highest(share, weight)[0] * np.mean(share) < without
 
 
 class Dense(NamedTuple):
