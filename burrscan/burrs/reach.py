@@ -169,7 +169,7 @@ def steps_out(off: Floats, run: Ints, *, closed: bool) -> bool:
 
 def _median_errs(columns: int) -> float:
     """Standard deviation of the median of so many, each evenly spread over one: Beta's."""
-    return 0.5 / (columns + 2.0) ** 0.5
+    return float(0.5 / np.sqrt(columns + 2.0))
 
 
 def runs_of(columns: Bools, *, closed: bool) -> list[Ints]:
