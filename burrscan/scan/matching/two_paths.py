@@ -34,7 +34,7 @@ _LEAST_LEAD = 14.0
 """In chi², in units of the misfit: by so much any other column must be worse, as for one path."""
 _LEAST_SHARE = 0.1
 """Of the weaker path's light over the stronger's. Less of another moves no column by more than noise, and a
-wrong fit needs less direct light: of 172 such pixels on 23 rendered wheels 170 were over a pixel off."""
+wrong fit needs less direct light: of 172 such pixels on 30 rendered wheels 171 were over a pixel off."""
 _BEYOND_FOOTPRINT = 1.5
 """Columns that a pixel sees, by which the other path must be away: at a limb, or a step, a pixel sees two
 places, both directly. A step counts for three columns at most, for what is read beside it may be wrong."""
