@@ -66,9 +66,10 @@ class CameraSheet:
         _check_square(self.crosstalk, device="camera")
         for row in self.response:
             if len(row) != 1 << self.bit_depth or row[-1] != 1.0 or (np.diff(row) < 0.0).any():
+                reach = f" from {row[0]:g} to {row[-1]:g}" if row else ""
                 raise InputError(
                     f"the camera's response needs {1 << self.bit_depth} values for {self.bit_depth} bits, "
-                    f"not falling, the last of them 1; it has {len(row)} from {row[0]:g} to {row[-1]:g}"
+                    f"not falling, the last of them 1; it has {len(row)}{reach}"
                 )
 
     @property
