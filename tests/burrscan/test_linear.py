@@ -130,7 +130,7 @@ def test_a_code_reads_raw_images_of_a_bent_camera() -> None:
 def test_tables_that_are_none_are_refused() -> None:
     with pytest.raises(InputError, match="needs 1024 values"):
         CameraSheet(response=((0.0, 0.5, 1.0),))
-    with pytest.raises(InputError, match="it has 0$"):
+    with pytest.raises(InputError, match=r"it has 0$"):
         CameraSheet(response=((),))
     with pytest.raises(InputError, match="not falling"):
         CameraSheet(bit_depth=2, response=((0.0, 0.5, 0.4, 1.0),))
