@@ -31,7 +31,9 @@ class Parser(argparse.ArgumentParser):
             message = f"{message.partition(' (')[0]}{_near([wrong[1]], list(map(str, words)))}"
         elif message.startswith("unrecognized arguments:"):
             given = [word.partition("=")[0] for word in message.split()[2:] if word.startswith("-")]
-            message += _near(given, sorted(_options(self)))
+            known = _options(self)
+            for word in given:
+                message += _owned(word, self) if word in known else _near([word], sorted(known))
         self.print_usage(sys.stderr)
         self.exit(2, f"{self.prog}: {message}\n")
 
@@ -51,6 +53,12 @@ def _options(parser: argparse.ArgumentParser) -> set[str]:
     """Every option of a parser and of its subcommands: the top one is told of what a subcommand leaves."""
     inner = map(_options, subcommands_of(parser).values())
     return {option for action in actions_of(parser) for option in action.option_strings}.union(*inner)
+
+
+def _owned(option: str, parser: argparse.ArgumentParser) -> str:
+    """Of which subcommands an option is, for who gives it to another one."""
+    owners = [name for name, each in subcommands_of(parser).items() if option in _options(each)]
+    return f"; {option} is an option of {', '.join(map(repr, owners))}"
 
 
 def _near(given: list[str], known: list[str]) -> str:
