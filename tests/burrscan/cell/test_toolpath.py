@@ -73,6 +73,33 @@ def test_the_mill_stays_away_from_a_wall() -> None:
     assert path.covered < 1.0
 
 
+@pytest.mark.parametrize("bump_mm", [0.06, 0.3])
+def test_the_mill_rides_over_what_the_curve_is_off_by(bump_mm: float) -> None:
+    """A curve fitted around the edge at z = 40 mm stands over it: the burr's end is milled none the less."""
+    drum = generatrix()
+    over = np.where(np.abs(drum.z_mm - 39.5) < 0.1, bump_mm, 0.0)
+    bumped = replace(drum, r_mm=drum.r_mm + over)
+    path = tool_path(burr(0.0, z_mm=34.0, length_mm=10.0), axis=axis(), generatrix=bumped, radius_mm=2.0)
+    r = np.hypot(*path.stations[:, :2, 3].T)
+    if bump_mm > 0.1:  # that is a wall
+        assert path.covered < 1.0
+        assert path.stations[:, 2, 3].max() <= 37.6
+        assert r.max() < RADIUS_MM + 1e-6
+        return
+    assert path.covered == 1.0
+    assert path.stations[:, 2, 3].max() > 39.0
+    beside = path.stations[:, 2, 3] < 37.0
+    np.testing.assert_allclose(r[beside], RADIUS_MM, atol=1e-6)
+    assert 0.01 < r.max() - RADIUS_MM < 0.05
+
+
+def test_the_mill_rides_over_no_wall_that_it_hardly_touches() -> None:
+    """A station 1.96 mm beside a wall would cut it by 0.04 mm, however high it is lifted."""
+    beside = burr(0.0, z_mm=34.04, length_mm=8.0)
+    path = tool_path(beside, axis=axis(), generatrix=generatrix(step=True), radius_mm=2.0)
+    assert path.stations[:, 2, 3].max() <= 38.0 + 0.03
+
+
 def test_the_path_moves_with_the_part() -> None:
     here = tool_path(burr(10.0), axis=axis(), generatrix=generatrix(), radius_mm=2.0)
     there = here.placed(motion(np.array([5.0, -3.0, 2.0, 0.1, 0.2, -0.3])))
