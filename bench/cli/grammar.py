@@ -16,6 +16,8 @@ from typing import Any, NoReturn
 Commands = Any
 """What ``add_subparsers`` returns; argparse keeps its type private."""
 
+_SHORTEST_MM, _LONGEST_MM = 1e-3, 1e4
+"""Of the squares of a board: a micrometre, and ten metres."""
 _FEWEST_CORNERS, _MOST_CORNERS = 3, 200
 """Inner corners a side: two do not tell a board's way round, hundreds are a slip."""
 
@@ -166,10 +168,10 @@ def not_negative(text: str) -> int:
 
 
 def side_mm(text: str) -> float:
-    """A finite length above zero."""
+    """The side of a square: what is shorter or longer than any is is damaged, or another unit's."""
     length = length_mm(text)
-    if length == 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is no length above zero")
+    if not _SHORTEST_MM <= length <= _LONGEST_MM:
+        raise argparse.ArgumentTypeError(f"{text} is no side of {_SHORTEST_MM:g} to {_LONGEST_MM:g} mm")
     return length
 
 

@@ -29,6 +29,8 @@ from burrscan.rig import View
 Positive = Annotated[float, Field(gt=0.0)]
 Row = tuple[float, float, float, float]
 _COLUMNS = ("image", "x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+_WHOLE_TURN_DEG = 360.0
+"""Largest part of a rotation vector: no arm means more."""
 _INSIDE = 0.25
 """Half width of what is looked at of a square, in squares."""
 
@@ -118,7 +120,10 @@ def _flange(path: Path, line: int, row: dict[str, Any]) -> Floats:
         raise InputError(f"{path}: line {line}: not six numbers after the picture's name") from error
     if not np.isfinite(numbers).all():
         raise InputError(f"{path}: line {line}: numbers must be finite")
-    return exponential(np.concatenate([np.radians(numbers[3:]), numbers[:3]]))
+    if np.abs(numbers[3:]).max() > _WHOLE_TURN_DEG:
+        raise InputError(f"{path}: line {line}: {_COLUMNS[4]} and the others are degrees, of a turn at most")
+    pose = exponential(np.concatenate([np.radians(numbers[3:]), numbers[:3]]))
+    return rigid(pose, what=f"{path}: line {line}")
 
 
 def hand_eye_view(path: Path, T_base_flange: Floats, board: Board, camera: View) -> HandEyeView | None:

@@ -210,6 +210,8 @@ def test_accepting_on_a_full_disk_leaves_no_half_baseline(
         ["render", "paper", "--out", "x", "--seed", "-1"],
         ["render", "paper", "--out", "x", "--boards", "1", "--square", "0"],
         ["render", "paper", "--out", "x", "--boards", "1", "--square", "nan"],
+        ["calibrate", "arm", "--hand-eye", "--square", "1e300"],
+        ["calibrate", "arm", "--hand-eye", "--square", "1e-300"],
         ["render", "paper", "--out", "x", "--boards", "1", "--board", "100000x100000"],
     ],
 )

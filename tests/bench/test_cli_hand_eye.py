@@ -99,7 +99,12 @@ def test_what_is_missing_or_wrong_ends_with_2_and_says_what_to_do(
     refused("must name the columns image,x_mm", str(tmp_path), *board)
     (tmp_path / "poses.csv").write_text("image,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0.png,1,2,3,4,5,x\n")
     refused("line 2: not six numbers", str(tmp_path), *board)
-    (tmp_path / "poses.csv").write_text("image,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0.png,1,2,3,4,5,6\n")
+    columns = "image,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
+    (tmp_path / "poses.csv").write_text(f"{columns}\n0.png,1,2,3,4,1e300,6\n")
+    refused("line 2: rx_deg and the others are degrees", str(tmp_path), *board)
+    (tmp_path / "poses.csv").write_text(f"{columns}\n0.png,1e300,2,3,4,5,6\n")
+    refused("line 2: shifts by 1e+300 mm", str(tmp_path), *board)
+    (tmp_path / "poses.csv").write_text(f"{columns}\n0.png,1,2,3,4,5,6\n")
     refused("no such picture", str(tmp_path), *board)
     (tmp_path / "poses.json").write_text('{"format": "burrscan-hand-eye-poses", "version": 1, "pose": []}')
     refused("pose: unknown key", str(tmp_path), *board)
