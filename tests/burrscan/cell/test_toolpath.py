@@ -93,6 +93,22 @@ def test_the_mill_rides_over_what_the_curve_is_off_by(bump_mm: float) -> None:
     assert 0.01 < r.max() - RADIUS_MM < 0.05
 
 
+def test_a_burr_beside_a_sharp_edge_is_milled_to_its_end() -> None:
+    """The curve of a polished hub as it was fitted around the edge at z = 40 mm, and its stated errors.
+
+    A lifted rim is nearest to another place of it, so one lift does not clear the mill everywhere.
+    """
+    z = np.array([0.0, 10.0, 20.0, 30.0, 36.0, 37.0, 38.0, 38.35, 39.3, 39.79, 40.24])
+    off = np.array([*[0.0] * 8, -0.006, 0.075, -0.151])
+    sigma = np.array([*[0.005] * 8, 0.009, 0.009, 0.011])
+    hub = Generatrix(z, RADIUS_MM + off, sigma, np.zeros(len(z)))
+    for place in np.arange(32.5, 33.5, 0.1):
+        there = burr(0.0, z_mm=float(place), length_mm=10.0)
+        path = tool_path(there, axis=axis(), generatrix=hub, radius_mm=2.0)
+        assert path.covered == 1.0
+        assert np.hypot(*path.stations[:, :2, 3].T).max() < RADIUS_MM + 0.05
+
+
 def test_the_mill_rides_over_no_wall_that_it_hardly_touches() -> None:
     """A station 1.96 mm beside a wall would cut it by 0.04 mm, however high it is lifted."""
     beside = burr(0.0, z_mm=34.04, length_mm=8.0)
