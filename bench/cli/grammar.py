@@ -60,7 +60,7 @@ def _options(parser: argparse.ArgumentParser) -> set[str]:
 def _owned(option: str, parser: argparse.ArgumentParser) -> str:
     """Of which subcommands an option is, for who gives it to another one."""
     owners = [name for name, each in subcommands_of(parser).items() if option in _options(each)]
-    return f"; {option} is an option of {', '.join(map(repr, owners))}"
+    return f"; {option} is an option of {', '.join(map(repr, owners)) or f'{parser.prog!r} itself'}"
 
 
 def _near(given: list[str], known: list[str]) -> str:

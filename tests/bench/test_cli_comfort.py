@@ -63,6 +63,7 @@ def test_a_datum_counts_from_a_mark(rod: str, capsys: pytest.CaptureFixture[str]
         (["detct", "x.stl"], "did you mean 'detect'"),
         (["detect", "x.stl", "--limt", "1"], "did you mean '--limit'"),
         (["run", "quick", "--variants", "adaptive"], "--variants is an option of 'compare'"),
+        (["run", "quick", "-V"], "-V is an option of 'burrscan' itself"),
         (["completion", "bsh"], "did you mean 'bash'"),
         (["qqq"], "known: doctor"),
     ],

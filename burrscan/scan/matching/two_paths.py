@@ -186,11 +186,16 @@ def _phasors_at(
 
 
 @njit(cache=True, nogil=True)
-def _spread(frequency: float, down: float, apart: float, breadth: float) -> complex:
+def _log_of(frequency: float, apart: float, breadth: float) -> complex:
+    """Logarithm of 1 - i F D b²; see :func:`direct_of_two`."""
+    size = frequency * apart * breadth**2
+    return complex(0.5 * np.log(1.0 + size * size), -np.arctan(size))
+
+
+@njit(cache=True, nogil=True)
+def _spread(log: complex, down: float, breadth: float) -> complex:
     """Phasor of interreflected light of one unit, from the direct column."""
-    size, turn = frequency * apart * breadth**2, 1.0 / breadth**2
-    loss = 0.5 * turn * np.log(1.0 + size * size) + 0.5 * _ROWS_PX2 * down * down
-    return complex(np.exp(-loss + 1j * turn * np.arctan(size)))
+    return complex(np.exp(-log / breadth**2 - 0.5 * _ROWS_PX2 * down * down))
 
 
 @njit(cache=True, nogil=True)
@@ -278,18 +283,17 @@ def _equations(
     The amplitudes put into ``p`` are those that fit best there (variable projection: Golub, Pereyra 1973).
     """
     place, apart, breadth = p[0], p[1], p[2]
-    square, count = breadth * breadth, len(t)
-    direct, other, logs = np.empty((3, count), np.complex128)
-    for k in range(count):
-        size, at = frequency[k] * apart * square, frequency[k] * place
+    square = breadth * breadth
+    direct, other, logs = np.empty((3, len(t)), np.complex128)
+    for k in range(len(t)):
+        at = frequency[k] * place
         turn = complex(np.cos(at), np.sin(at))
-        logs[k] = complex(0.5 * np.log(1.0 + size * size), -np.arctan(size))
-        direct[k] = sharp[k] * turn
-        other[k] = turn * np.exp(-logs[k] / square - 0.5 * _ROWS_PX2 * down[k] * down[k])
+        logs[k] = _log_of(frequency[k], apart, breadth)
+        direct[k], other[k] = sharp[k] * turn, turn * _spread(logs[k], down[k], breadth)
     p[3], p[4] = _amplitudes(t, weight, direct, other)
     J, gradient, normal = np.empty(5, np.complex128), np.zeros(5), np.zeros((5, 5))
     chi2 = (apart / _FAR_PX) ** 2
-    for k in range(count):
+    for k in range(len(t)):
         J[3], J[4] = direct[k], other[k]
         model = p[3] * J[3] + p[4] * J[4]
         per_apart = 1j * frequency[k] / complex(1.0, -frequency[k] * apart * square)
@@ -354,7 +358,12 @@ def _both(t: Complexes, weight: Floats, slope: Floats, f: Floats, g: Floats) -> 
     """(N, 7) of pixels' phasors (N, K), turned back to one path's column: see _Paths."""
     usual = f + g * float(np.median(slope))  # near enough to begin with
     nodes = np.array([(side * far, b) for far in _APART for b in _BREADTHS for side in (-1.0, 1.0)])
-    spreads = np.array([[_spread(*of, *node) for of in zip(usual, g, strict=True)] for node in nodes])
+    spreads = np.array(
+        [
+            [_spread(_log_of(one, *node), down, node[1]) for one, down in zip(usual, g, strict=True)]
+            for node in nodes
+        ]
+    )
     turns = np.exp(-1j * usual[:, None] * _PLACES)
     return np.asarray(_fits(t, weight, slope, f, g, turns, nodes, spreads))
 

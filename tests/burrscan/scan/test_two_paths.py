@@ -135,9 +135,13 @@ F, G = 2.0 * np.pi * CODE.per_column, 2.0 * np.pi * CODE.per_row
 SHARP = np.exp(-0.15 * (F * F + G * G))
 
 
+def spread(frequency: float, down: float, apart: float, breadth: float) -> complex:
+    return complex(two_paths._spread(two_paths._log_of(frequency, apart, breadth), down, breadth))
+
+
 def model(place: float, apart: float, breadth: float) -> np.ndarray:
     """(K, 2) phasors of both paths' light of one unit."""
-    other = [two_paths._spread(f, g, apart, breadth) for f, g in zip(F, G, strict=True)]
+    other = [spread(f, g, apart, breadth) for f, g in zip(F, G, strict=True)]
     phasors: np.ndarray = np.exp(1j * F * place)[:, None] * np.stack([SHARP + 0j, other], axis=1)
     return phasors
 
@@ -206,5 +210,5 @@ def test_spread_light_has_the_phasor_of_its_distribution() -> None:
     density = stats.gamma.pdf(away, 4.0, scale=1.5)  # mean 6, relative spread a half
     true = np.array([np.trapezoid(density * np.exp(1j * one * away), away) for one in f])
     for apart, phasors in ((6.0, true), (-6.0, true.conj())):
-        told = [two_paths._spread(one, 0.0, apart, 0.5) for one in f]
+        told = [spread(one, 0.0, apart, 0.5) for one in f]
         np.testing.assert_allclose(told, phasors, atol=1e-5)
