@@ -308,6 +308,7 @@ def test_rows_that_are_not_seen_and_too_few_rows_tell_no_course(monkeypatch: pyt
     assert highest(share, weight) == highest(share, unseen)
     np.testing.assert_allclose(-np.log(kept[0][:, 0]) * along._REACHES[0], [1, 1, 4] + [1] * 13)
     assert highest(share[2:5], unseen[2:5]) == (1.0, 0.0)
+    assert highest(share, np.zeros(20)) == (1.0, 0.0)
 
 
 @pytest.mark.parametrize("footprint", [0.0, 0.2, 0.35, 0.5])
