@@ -30,12 +30,12 @@ class Parser(argparse.ArgumentParser):
         wrong = re.search(r"invalid choice: '([^']*)'", message)
         if wrong:
             words = [word for action in actions_of(self) for word in action.choices or ()]
-            message = f"{message.partition(' (')[0]}{_near([wrong[1]], list(map(str, words)))}"
+            message = f"{message.partition(' (')[0]}{_near(wrong[1], list(map(str, words)))}"
         elif message.startswith("unrecognized arguments:"):
             given = [word.partition("=")[0] for word in message.split()[2:] if word.startswith("-")]
             known = _options(self)
             for word in given:
-                message += _owned(word, self) if word in known else _near([word], sorted(known))
+                message += _owned(word, self) if word in known else _near(word, sorted(known))
         self.print_usage(sys.stderr)
         self.exit(2, f"{self.prog}: {message}\n")
 
@@ -63,11 +63,11 @@ def _owned(option: str, parser: argparse.ArgumentParser) -> str:
     return f"; {option} is an option of {', '.join(map(repr, owners)) or f'{parser.prog!r} itself'}"
 
 
-def _near(given: list[str], known: list[str]) -> str:
-    near = [match for word in given for match in difflib.get_close_matches(word, known, n=1)]
+def _near(word: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(word, known, n=1)
     if near:
-        return f"; did you mean {' '.join(repr(word) for word in near)}?"
-    return "" if any(word.startswith("-") for word in given) else f"; known: {', '.join(known)}"
+        return f"; did you mean {near[0]!r}?"
+    return "" if word.startswith("-") else f"; known: {', '.join(known)}"
 
 
 def declare(commands: Commands, name: str, module: ModuleType) -> None:

@@ -252,13 +252,15 @@ def _standing(
     Over what the curve is off by, at a sharp edge say, the mill rides; of a wall no lifting clears it.
     """
     poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
-    lifted_mm = np.zeros(len(poses))
+    cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
+    lifted_mm = np.zeros_like(cuts_mm)
     for _ in range(_LIFTS):
-        cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
+        if not cuts_mm.any():
+            break
         poses[:, :3, 3] += cuts_mm[:, None] * poses[:, :3, 2]
         lifted_mm += cuts_mm
-    free = _cuts_mm(poses, line, generatrix, radius_mm) <= _ROUNDING_MM
-    return poses, on_part & free & (lifted_mm <= _RIDES_MM)
+        cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
+    return poses, on_part & (cuts_mm <= _ROUNDING_MM) & (lifted_mm <= _RIDES_MM)
 
 
 def _stations(

@@ -91,7 +91,9 @@ def highest(share: Floats, weight: Floats) -> tuple[float, float]:
 
     """
     seen = weight > _SEEN * np.median(weight)
-    rows = np.flatnonzero(seen & ~_gaps(share, weight, seen)) if seen.any() else np.zeros(0, np.int64)
+    if not seen.any():
+        return 1.0, 0.0
+    rows = np.flatnonzero(seen & ~_gaps(share, weight, seen))
     if len(rows) < _FEWEST:
         return 1.0, 0.0
     h, w = share[rows], weight[rows]

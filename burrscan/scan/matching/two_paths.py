@@ -67,7 +67,7 @@ _FAINTEST = 1e-6
 _SETTLED = 1e-2
 """Of the misfit: a step that gains less in chi² is the last one."""
 _STEPS = 25
-"""Bounds Levenberg-Marquardt, which ends by itself: in seven steps in the median, in 25 once in 240 fits."""
+"""Bounds Levenberg-Marquardt, which ends by itself: 240 fits in five steps in the median, in 23 at most."""
 
 
 class _Paths(NamedTuple):

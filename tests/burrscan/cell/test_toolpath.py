@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from burrscan.cell.toolpath import lift, tool_path
+from burrscan.cell.toolpath import ToolPath, lift, tool_path
 from burrscan.errors import InputError
 from burrscan.inspection import Generatrix
 from scenes.cell.errors import motion
@@ -73,24 +73,28 @@ def test_the_mill_stays_away_from_a_wall() -> None:
     assert path.covered < 1.0
 
 
-@pytest.mark.parametrize("bump_mm", [0.06, 0.3])
-def test_the_mill_rides_over_what_the_curve_is_off_by(bump_mm: float) -> None:
-    """A curve fitted around the edge at z = 40 mm stands over it: the burr's end is milled none the less."""
+def over_a_bump(bump_mm: float) -> ToolPath:
+    """The path over a burr that ends beside the edge at z = 40 mm, over which the curve stands."""
     drum = generatrix()
     over = np.where(np.abs(drum.z_mm - 39.5) < 0.1, bump_mm, 0.0)
     bumped = replace(drum, r_mm=drum.r_mm + over)
-    path = tool_path(burr(0.0, z_mm=34.0, length_mm=10.0), axis=axis(), generatrix=bumped, radius_mm=2.0)
-    r = np.hypot(*path.stations[:, :2, 3].T)
-    if bump_mm > 0.1:  # that is a wall
-        assert path.covered < 1.0
-        assert path.stations[:, 2, 3].max() <= 37.6
-        assert r.max() < RADIUS_MM + 1e-6
-        return
+    return tool_path(burr(0.0, z_mm=34.0, length_mm=10.0), axis=axis(), generatrix=bumped, radius_mm=2.0)
+
+
+def test_the_mill_rides_over_what_the_curve_is_off_by() -> None:
+    path = over_a_bump(0.06)
+    z, r = path.stations[:, 2, 3], np.hypot(*path.stations[:, :2, 3].T)
     assert path.covered == 1.0
-    assert path.stations[:, 2, 3].max() > 39.0
-    beside = path.stations[:, 2, 3] < 37.0
-    np.testing.assert_allclose(r[beside], RADIUS_MM, atol=1e-6)
+    assert z.max() > 39.0
+    np.testing.assert_allclose(r[z < 37.0], RADIUS_MM, atol=1e-6)
     assert 0.01 < r.max() - RADIUS_MM < 0.05
+
+
+def test_the_mill_does_not_ride_over_a_wall() -> None:
+    path = over_a_bump(0.3)
+    assert path.covered < 1.0
+    assert path.stations[:, 2, 3].max() <= 37.6
+    assert np.hypot(*path.stations[:, :2, 3].T).max() < RADIUS_MM + 1e-6
 
 
 def test_a_burr_beside_a_sharp_edge_is_milled_to_its_end() -> None:
