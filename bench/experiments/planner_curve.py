@@ -4,11 +4,11 @@
 
 The planners themselves, the arm and the choices of the suite's cell, and the evidence as it is joined; only
 the looks are drawn: a cell in sight is measured, and a burr in it called as often as
-:class:`burrscan.cell.outlook.Outlook` says. So the world is what the planner believes it is, and what is
-compared is how well it plans. Two worlds: six burrs anywhere that some pose shows, lying along the generatrix
-or around the axis, and six along the generatrix on the outermost tenth of the radius. Three wheels in turn,
-put down at any angle; all planners meet the same burrs. The table of ``burrscan/cell/README.md`` is
-of 120 parts: a minute and a half of one core.
+:class:`burrscan.cell.outlook.Outlook` says, as clearly as rendered burrs are. So the world is what the
+planner believes it is, and what is compared is how well it plans. Two worlds: six burrs anywhere that some
+pose shows, lying along the generatrix or around the axis, and six along the generatrix on the outermost tenth
+of the radius. Three wheels in turn, put down at any angle; all planners meet the same burrs. The table of
+``burrscan/cell/README.md`` is of 120 parts: a minute and a half of one core.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from burrscan.burrs.pose import pose_on_surface
 from burrscan.cell.belief import SURE
 from burrscan.cell.chart import AROUND, Chart, chart_of
 from burrscan.cell.choices import Arm, Choice, all_choices, arm_poses, outlooks
-from burrscan.cell.evidence import Call
+from burrscan.cell.evidence import CLEAR, LEAST, Call
 from burrscan.cell.fusion import believed
 from burrscan.cell.outlook import Outlook, outlook
 from burrscan.cell.planners import METHODS
@@ -113,12 +113,13 @@ def burrs_on(world: World, rng: np.random.Generator, *, outside: bool) -> list[P
             0 if outside else int(rng.integers(2)),
             int(rng.choice(rows, p=area / area.sum())),
             int(rng.integers(AROUND)),
+            float(rng.exponential(CLEAR)),
         )
         for _ in range(_BURRS)
     ]
 
 
-def _stated(world: World, line: int, row: int, around: int) -> Placed:
+def _stated(world: World, line: int, row: int, around: int, clear: float) -> Placed:
     chart, angle = world.chart, float(world.chart.angles[around])
     direction = np.array([1.0, 0.0] if line else [0.0, 1.0])
     pose = pose_on_surface(chart.zr_mm[row], chart.normals_zr[row], angle, direction, world.axis)
@@ -126,7 +127,7 @@ def _stated(world: World, line: int, row: int, around: int) -> Placed:
     burr = Burr(
         side="protrusion", angle_deg=Value(float(np.degrees(angle)), 0.1), z_start_mm=z, z_end_mm=z,
         height_mm=one, width_mm=one, length_mm=one, area_mm2=one, volume_mm3=one, T_mesh_burr=pose,
-        significance=10.0,
+        significance=LEAST + clear,
     )  # fmt: skip
     return Placed((line, row, around), burr)
 
@@ -148,7 +149,8 @@ def found_by_look(world: World, planner: str, burrs: list[Placed], *, seed: int)
             if rng.random() < chance:
                 faced = bool(view.faces[one.cell])
                 aside = 0.0 if faced else _ASIDE_DEG
-                calls.append(Call(look, one.burr, one.burr.T_mesh_burr, aside, faced, along=faced))
+                along = bool(view.along[one.cell])
+                calls.append(Call(look, one.burr, one.burr.T_mesh_burr, aside, faced, along))
         belief, places = believed(calls, looks, axis=world.axis, chart=world.chart, burrs=2.0)
         sure = {id(call.burr) for place in places if place.certain for call in place.calls}
         share.append(np.mean([id(one.burr) in sure for one in burrs]))

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
-from burrscan.generatrix.polyline import revolved
+from burrscan.generatrix.polyline import Polyline, revolved
+from burrscan.generatrix.ray import first_met
 from burrscan.inspection import Generatrix
 from burrscan.turns import turn_rad
 
@@ -16,8 +17,8 @@ AROUND = 120
 """Cells around the axis: 3 degrees each, so that candidates 3 or more degrees apart are shifts of the map."""
 _ALONG_MM = 3.0
 """Length of a cell along the generatrix: a burr's, not a pixel's."""
-_SHADOW_GRID_MM = 0.5
-"""Of the part's silhouette along the axis, by which it hides and shades itself."""
+_LEAVES_MM = 1e-3
+"""A ray meets nothing so near to where it starts: arithmetic puts the start above or below its cell."""
 
 
 @dataclass(frozen=True)
@@ -32,19 +33,19 @@ class Chart:
         (S, 2) outward unit normals.
     area_mm2
         (S,) of one of the :data:`AROUND` cells.
-    silhouette
-        (2, G) positions along the axis and the part's largest radius there.
+    outline
+        The cells' chords, one segment each: by them the part hides and shades itself. What is not known of
+        the generatrix hides nothing.
 
     """
 
     zr_mm: Floats
     normals_zr: Floats
     area_mm2: Floats
-    silhouette: Floats
+    outline: Polyline
 
     def __post_init__(self) -> None:
         freeze(self, zr_mm=self.zr_mm, normals_zr=self.normals_zr, area_mm2=self.area_mm2)
-        freeze(self, silhouette=self.silhouette)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -70,6 +71,17 @@ class Chart:
         distance_mm, nearest = cKDTree(self.zr_mm).query(zr)
         along = np.where(distance_mm > within_mm, -1, nearest)
         return along, angle_cells(points_mm)
+
+    def between(self, which: Bools, angles: Floats, eye_mm: Floats) -> Ints:
+        """(M,) the first cell on the straight way to a point (3,) from each of some cells, -1 where none is.
+
+        ``which`` (S, N) of those at ``angles`` (N,) are asked for, each from its chord's middle. O(M S).
+        """
+        middle = np.arange(len(self.zr_mm)), np.full(len(self.zr_mm), 0.5)
+        starts = revolved(self.outline.places_mm(*middle), angles)[which]
+        ways = eye_mm - starts
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        return first_met(self.outline, starts, ways, beyond_mm=_LEAVES_MM)[1]
 
 
 def line_of(T_part_burr: Floats) -> int:
@@ -113,7 +125,8 @@ def angle_cells(points_mm: Floats) -> Ints:
 
 def chart_of(generatrix: Generatrix) -> Chart:
     """The map of a part from its generatrix in the part frame, its material to the right. O(its length)."""
-    middles, tangents, lengths = [], [], []
+    middles, tangents, lengths, starts = [], [], [], []
+    nodes: list[Floats] = []
     for z, r in _pieces(generatrix):
         walked = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(z), np.diff(r)))])
         count = max(1, round(walked[-1] / _ALONG_MM))
@@ -124,9 +137,12 @@ def chart_of(generatrix: Generatrix) -> Chart:
         step = np.diff(corners, axis=0)
         tangents.append(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
         lengths.append(np.full(count, walked[-1] / count))
+        starts.append(np.arange(count) + sum(len(each) for each in nodes))
+        nodes.append(corners)
     zr, tangent = np.concatenate(middles), np.concatenate(tangents)
     area = np.concatenate(lengths) * zr[:, 1] * (2.0 * np.pi / AROUND)
-    return Chart(zr, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), area, _silhouette(generatrix))
+    outline = Polyline(np.concatenate(nodes), np.concatenate(starts))
+    return Chart(zr, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), area, outline)
 
 
 def _pieces(generatrix: Generatrix) -> list[tuple[Floats, Floats]]:
@@ -135,17 +151,3 @@ def _pieces(generatrix: Generatrix) -> list[tuple[Floats, Floats]]:
     ends = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
     pieces = zip(ends[::2], ends[1::2], strict=True)
     return [(generatrix.z_mm[a:b], generatrix.r_mm[a:b]) for a, b in pieces if b - a > 1]
-
-
-def _silhouette(generatrix: Generatrix) -> Floats:
-    low, high = np.nanmin(generatrix.z_mm), np.nanmax(generatrix.z_mm)
-    grid = np.arange(low, high + _SHADOW_GRID_MM, _SHADOW_GRID_MM)
-    radius = np.zeros(len(grid))
-    for z, r in _pieces(generatrix):
-        dense = np.linspace(0.0, 1.0, max(2, int(np.hypot(np.ptp(z), np.ptp(r)) / _SHADOW_GRID_MM) * 4))
-        along = np.linspace(0.0, 1.0, len(z))
-        place = np.round((np.interp(dense, along, z) - low) / _SHADOW_GRID_MM).astype(int)
-        np.maximum.at(radius, np.clip(place, 0, len(grid) - 1), np.interp(dense, along, r))
-    # a wall between two places belongs to neither: what stands on it must not be inside
-    beside = np.minimum(np.append(radius[1:], 0.0), np.append(0.0, radius[:-1]))
-    return np.stack([grid, np.minimum(radius, beside)])

@@ -20,7 +20,7 @@ across it. Of 216 rendered looks (27 cells of three wheels) 35 and 149, beside 4
 plane of the rays what the part mirrors passes for height."""
 BLEMISHES = 0.026
 """And those on blemishes, which other looks confirm: 3 on 120 wheels of the suite ``standard``."""
-_LEAST, _CLEAR = 3.9, 20.5
+LEAST, CLEAR = 3.9, 20.5
 """Significance from which on anything is called, and by how much burrs exceed it, in the mean: 734 calls in
 42 rendered cells."""
 _FAINT, _MIRRORED = (2.3, 4.3), (0.07, 0.25)
@@ -257,9 +257,9 @@ def _told(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs
 
 def _clearness(significance: float, *, along: bool) -> float:
     """How much likelier a call of that significance is of a burr than of noise: both are exponential."""
-    excess = max(significance - _LEAST, 0.0)
+    excess = max(significance - LEAST, 0.0)
     faint, mirrored = (one[int(not along)] for one in (_FAINT, _MIRRORED))
-    burr = np.exp(-excess / _CLEAR) / _CLEAR
+    burr = np.exp(-excess / CLEAR) / CLEAR
     return float(burr / ((1.0 - mirrored) * np.exp(-excess / faint) / faint + mirrored * burr))
 
 

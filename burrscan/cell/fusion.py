@@ -13,6 +13,7 @@ from burrscan.cell.belief import SURE, Belief, belief_of, density_of
 from burrscan.cell.chart import Chart, chart_of, line_of
 from burrscan.cell.evidence import Call, Place, distinct, joined, side_log_odds
 from burrscan.cell.flatness import bare
+from burrscan.cell.ghosts import passed_through, without
 from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
 from burrscan.cell.sizes import Cloud, sided, sides, sized
@@ -80,17 +81,25 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     found = joint([_posed(look, outcome) for look, outcome in good], prior=prior)
     T_part_plate = T_part_mesh(found.axis.point_mm, found.axis.direction)
     eyes = [T_part_plate @ pose for pose in found.T_world_camera]
+    surfaces = [outcome.surface for _, outcome in good]
+    px_mm = [float(np.median(surface.vertices_mm[:, 2])) / rig.camera.fx for surface in surfaces]
+    measured = [placed(eye, surface.vertices_mm) for eye, surface in zip(eyes, surfaces, strict=True)]
     chart = chart_of(found.generatrix)
-    seen: list[tuple[Outlook, Floats]] = []
-    clouds: list[Cloud] = []
-    for eye, pose, (_, outcome) in zip(eyes, found.T_world_camera, good, strict=True):
-        view = outlook(chart, rig, np.linalg.inv(eye), chart.angles)
-        measured = placed(eye, outcome.surface.vertices_mm)
-        on_plate = placed(pose, outcome.surface.vertices_mm)
-        px_mm = float(np.median(outcome.surface.vertices_mm[:, 2])) / rig.camera.fx
-        deviation = deviation_mm(on_plate, found.axis, found.generatrix)
-        clouds.append(Cloud(measured, deviation, outcome.surface.vertex_sigma_mm, px_mm))
-        seen.append((view, density_of(chart, measured, view, px_mm=px_mm)))
+    seen = _seen(chart, rig, eyes, measured, px_mm)
+    ghosts = passed_through(chart, np.stack(eyes)[:, :3, 3], [density for _, density in seen])
+    if ghosts.any():
+        found = replace(found, generatrix=without(found.generatrix, chart, ghosts))
+        chart = chart_of(found.generatrix)
+        seen = _seen(chart, rig, eyes, measured, px_mm)
+    clouds = [
+        Cloud(
+            points,
+            deviation_mm(placed(pose, surface.vertices_mm), found.axis, found.generatrix),
+            surface.vertex_sigma_mm,
+            size,
+        )
+        for points, pose, surface, size in zip(measured, found.T_world_camera, surfaces, px_mm, strict=True)
+    ]
     calls = [
         _call(number, burr, found.T_world_camera[number], T_part_plate, clouds, rig)
         for number, (_, outcome) in enumerate(good)
@@ -100,6 +109,17 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
     places = distinct([_measured(place, found.axis, T_part_plate, clouds) for place in places], T_part_plate)
     return Fused(found, chart, belief, places)
+
+
+def _seen(
+    chart: Chart, rig: Rig, eyes: Sequence[Floats], measured: Sequence[Floats], px_mm: Sequence[float]
+) -> list[tuple[Outlook, Floats]]:
+    """What each look had in sight, and the share of each cell that it measured."""
+    views = [outlook(chart, rig, np.asarray(np.linalg.inv(eye), float), chart.angles) for eye in eyes]
+    return [
+        (view, density_of(chart, points, view, px_mm=size))
+        for view, points, size in zip(views, measured, px_mm, strict=True)
+    ]
 
 
 def believed(
@@ -116,7 +136,7 @@ def believed(
     are those of :func:`burrscan.cell.evidence.joined`. O(looks × cells + calls²).
     """
     belief = belief_of(chart, looks)
-    # what was measured was in sight, whatever the silhouette says: it fills grooves
+    # what was measured was in sight, whatever the outline says: the chart's cells are 3 mm long
     chances = np.stack([SURE * density * view.shows for view, density in looks])
     places = joined(calls, axis=axis, chart=chart, chances=chances, burrs=burrs)
     T_part_plate = T_part_mesh(axis.point_mm, axis.direction)
@@ -138,15 +158,15 @@ def _call(
         burr = replace(burr, width_mm=burr.height_mm)
     _, across, over = _towards(burr.T_mesh_burr)
     baseline = burr.T_mesh_burr[:3, :3].T @ rig.projector_centre_mm
-    faced = bool(facing(over, across, baseline[0], baseline[1]))
+    aside, along = aside_deg(over, across), np.abs(baseline[0]) >= np.abs(baseline[1])
     pose = np.asarray(T_plate_camera @ burr.T_mesh_burr, float)
     against = [
         number
         for number, cloud in enumerate(clouds)
         if number != look and bare(burr, T_part_plate @ pose, cloud.points_mm, cloud.deviation_mm)
     ]
-    along = bool(abs(baseline[0]) >= abs(baseline[1]))
-    return Call(look, burr, pose, float(aside_deg(over, across)), faced, along, frozenset(against))
+    faced = bool(facing(aside, along))
+    return Call(look, burr, pose, float(aside), faced, bool(along), frozenset(against))
 
 
 def _measured(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud]) -> Place:

@@ -11,8 +11,10 @@ from burrscan.cell.chart import Chart
 from burrscan.pose import placed
 from burrscan.rig import Rig
 
-STEEPEST_DEG = 65.0
-"""Surfaces seen or lit under more than this are not counted on: a pixel covers 2.4 times its size there."""
+STEEPEST_DEG = 83.0
+"""Surfaces seen or lit under more than this are not counted on. Of cells in sight 79 to 97 % of the points
+were measured in every step of angles up to this, on ground, turned and polished metal, then 59 and 45 % (18
+rendered looks of two wheels)."""
 ASIDE_DEG = 30.0
 """Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
 measured by what it mirrors well before: heights of such looks were two or three times too large."""
@@ -21,10 +23,6 @@ _SHOWN_DEG = (55.0, 90.0), (45.0, 75.0)
 baseline along it, and across it. Of 484 rendered burrs along 0.99 were called up to 55 degrees, then 0.92,
 0.69 and 0.19 in steps of ten; of 90 across all up to 45, then 0.75, 0.58, 0.17 and none (27 cells of three
 wheels)."""
-_STEPS = 48
-"""Along a ray on its way out of the part."""
-_CLEAR_MM = 1.0
-"""A ray this far outside the silhouette is free; the chart's cells are 3 mm long."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +41,8 @@ class Outlook:
     shows
         (2, S, N) probability that a burr on metal that is measured there is called, less what no look finds:
         one along the generatrix, and one around the axis.
+    along
+        (2, S, N) whether the baseline lies along such a burr rather than across it.
     faces
         (2, S, N) whether it faces a burr there that lies along the generatrix, or around the axis: sees both
         of its flanks (:func:`facing`).
@@ -53,11 +53,12 @@ class Outlook:
     tilt_deg: Floats
     slope_deg: Floats
     shows: Floats
+    along: Bools
     faces: Bools
 
     def __post_init__(self) -> None:
         freeze(self, seen=self.seen, tilt_deg=self.tilt_deg, slope_deg=self.slope_deg)
-        freeze(self, shows=self.shows, faces=self.faces)
+        freeze(self, shows=self.shows, along=self.along, faces=self.faces)
 
 
 def outlook(
@@ -81,7 +82,7 @@ def outlook(
 
     Notes
     -----
-    O(S N steps). The part hides and shades itself by its silhouette: undercuts count as filled.
+    O(S² N): each ray meets the frusta of all cells. A cell counts as its chord's middle.
 
     """
     points, upright = chart.points_mm(angles), chart.normals(angles)
@@ -96,25 +97,22 @@ def outlook(
     seen = np.minimum(*cosines) > np.cos(np.radians(STEEPEST_DEG))
     seen &= _inside(rig.camera.project(seen_by), rig.camera.shape)
     seen &= _inside(rig.correspond(seen_by), rig.projector.shape)
-    for way in ways:
-        seen[seen] = _free(chart, points[seen], way[seen])
+    for eye in eyes:
+        seen[seen] = chart.between(seen, angles, eye) < 0
     half = ways[0] + ways[1]
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
     lines = np.broadcast_to(around, upright.shape), np.cross(upright, around)
     over, baseline = (ways[0] * upright).sum(axis=-1), eyes[1] - eyes[0]
     away = [(ways[0] * line).sum(axis=-1) for line in lines]
     around_mm, along_mm = (np.abs(line @ baseline) for line in lines)
-    ways_to_lie = list(zip(away, (along_mm, around_mm), (around_mm, along_mm), strict=True))
-    faces = [facing(over, *way) for way in ways_to_lie]
-    shows = np.stack([_shown(over, *way) for way in ways_to_lie])
+    aside, along = aside_deg(over, np.stack(away)), np.stack([along_mm >= around_mm, around_mm >= along_mm])
     tilt, slope = _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0])
-    return Outlook(seen, tilt, slope, shows, np.stack(faces))
+    return Outlook(seen, tilt, slope, _shown(aside, along), along, facing(aside, along))
 
 
-def _shown(over: Floats, across: Floats, baseline_along: Floats, baseline_across: Floats) -> Floats:
-    aside = aside_deg(over, across)
+def _shown(aside: Floats, along: Bools) -> Floats:
     lengthways, crossways = (np.interp(aside, ends, (1.0, 0.0)) for ends in _SHOWN_DEG)
-    return np.where(baseline_along >= baseline_across, lengthways, crossways)
+    return np.where(along, lengthways, crossways)
 
 
 def aside_deg(over: Floats, across: Floats) -> Floats:
@@ -122,40 +120,25 @@ def aside_deg(over: Floats, across: Floats) -> Floats:
     return np.asarray(np.degrees(np.arctan2(np.abs(across), over)))
 
 
-def facing(over: Floats, across: Floats, baseline_along: Floats, baseline_across: Floats) -> Bools:
+def facing(aside: Floats, along: Bools) -> Bools:
     """Whether a look sees both flanks of a burr, and neither by what it mirrors.
 
     Parameters
     ----------
-    over, across
-        The way to the camera along the surface's normal and across the burr's line.
-    baseline_along, baseline_across
-        From camera to projector, along the burr's line and across it: a flank mirrors the part inside the
-        plane of the baseline and the ray, where nothing tells the mirrored light from its own.
+    aside
+        :func:`aside_deg` of the look.
+    along
+        Whether the baseline lies along the burr: a flank mirrors the part inside the plane of the baseline
+        and the ray, where nothing tells the mirrored light from its own.
 
     """
-    return np.asarray(
-        (aside_deg(over, across) <= ASIDE_DEG) & (np.abs(baseline_along) >= np.abs(baseline_across))
-    )
+    return np.asarray((aside <= ASIDE_DEG) & along)
 
 
 def _inside(pixels: Floats, shape: tuple[int, int]) -> Bools:
     u, v = pixels[..., 0], pixels[..., 1]
     with np.errstate(invalid="ignore"):
         return np.asarray((u >= 0) & (v >= 0) & (u <= shape[1] - 1) & (v <= shape[0] - 1))
-
-
-def _free(chart: Chart, points: Floats, ways: Floats) -> Bools:
-    """(M,) whether rays from points (M, 3) leave the part."""
-    reach = 2.0 * float(chart.silhouette[1].max()) + float(np.ptp(chart.silhouette[0]))
-    # steps grow with the distance: what hides a point is mostly the next step of the wheel
-    distance = reach * (np.arange(1, _STEPS + 1) / _STEPS) ** 2
-    free = np.ones(len(points), np.bool_)
-    for step in distance:
-        at = points + step * ways
-        limit = np.interp(at[:, 2], chart.silhouette[0], chart.silhouette[1], left=0.0, right=0.0)
-        free &= np.hypot(at[:, 0], at[:, 1]) > limit - _CLEAR_MM
-    return free
 
 
 def _degrees(cosine: Floats) -> Floats:
