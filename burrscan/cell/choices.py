@@ -9,7 +9,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.cell.chart import AROUND, Chart
-from burrscan.cell.outlook import Outlook, outlook
+from burrscan.cell.outlook import Outlook, leaning
 from burrscan.cell.station import Stand, Station
 from burrscan.pose import placed
 from burrscan.rig import Rig
@@ -77,16 +77,14 @@ def outlooks(
     poses: Sequence[Floats],
     T_plate_part: Floats,
 ) -> tuple[Arm, ...]:
-    """What each pose of the arm shows of the part as it stands. O(poses × cells)."""
+    """What each pose of the arm shows of the part as it stands. O(poses × cells × S)."""
     T_base_part = station.T_base_plate @ T_plate_part
     arms = []
     for pose in poses:
         T_camera_part = np.linalg.inv(pose) @ T_base_part
-        views = [
-            outlook(chart, rig, T_camera_part, chart.angles, lean_deg=lean)
-            for lean in (0.0, -FLANK_DEG, FLANK_DEG)
-        ]
-        arms.append(Arm(pose, views[0], (views[1], views[2])))
+        leans = 0.0, -FLANK_DEG, FLANK_DEG
+        surface, *flanks = leaning(chart, rig, T_camera_part, chart.angles, leans_deg=leans)
+        arms.append(Arm(pose, surface, (flanks[0], flanks[1])))
     return tuple(arms)
 
 

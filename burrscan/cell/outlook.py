@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,44 +62,44 @@ class Outlook:
         freeze(self, shows=self.shows, along=self.along, faces=self.faces)
 
 
-def outlook(
-    chart: Chart,
-    rig: Rig,
-    T_camera_part: Floats,
-    angles: Floats,
-    *,
-    lean_deg: float = 0.0,
-) -> Outlook:
-    """What a pose shows of the cells at ``angles`` (N,).
+def outlook(chart: Chart, rig: Rig, T_camera_part: Floats, angles: Floats) -> Outlook:
+    """What a pose shows of the cells at ``angles`` (N,), radians."""
+    return leaning(chart, rig, T_camera_part, angles, leans_deg=(0.0,))[0]
+
+
+def leaning(
+    chart: Chart, rig: Rig, T_camera_part: Floats, angles: Floats, *, leans_deg: Sequence[float]
+) -> tuple[Outlook, ...]:
+    """What a pose shows of flanks that stand on the cells.
 
     Parameters
     ----------
     chart, rig, T_camera_part
         The part, the scanner, and the pose.
     angles
-        Of cells around the axis, radians.
-    lean_deg
-        Of a flank: its normal is the surface's, leant over towards growing angles by so much.
+        (N,) of cells around the axis, radians.
+    leans_deg
+        Of flanks: their normals are the surface's, leant over towards growing angles by so much.
 
     Notes
     -----
-    O(S² N): each ray meets the frusta of all cells. A cell counts as its chord's middle.
+    O(S² N), once for all flanks: each ray meets the frusta of all cells. A cell counts as its chord's middle.
 
     """
     points, upright = chart.points_mm(angles), chart.normals(angles)
     around = np.stack([-np.sin(angles), np.cos(angles), np.zeros_like(angles)], axis=1)[None]
-    lean = np.radians(lean_deg)
-    normals = np.cos(lean) * upright + np.sin(lean) * around
+    normals = [np.cos(lean) * upright + np.sin(lean) * around for lean in np.radians(leans_deg)]
     seen_by = placed(T_camera_part, points)
     eyes = rig.centres_mm(np.linalg.inv(T_camera_part))
     ways = [eye - points for eye in eyes]
     ways = [way / np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
-    cosines = [(way * normals).sum(axis=-1) for way in ways]
-    seen = np.minimum(*cosines) > np.cos(np.radians(STEEPEST_DEG))
-    seen &= _inside(rig.camera.project(seen_by), rig.camera.shape)
-    seen &= _inside(rig.correspond(seen_by), rig.projector.shape)
+    cosines = [[(way * normal).sum(axis=-1) for way in ways] for normal in normals]
+    not_steep = [np.minimum(*each) > np.cos(np.radians(STEEPEST_DEG)) for each in cosines]
+    free = np.any(not_steep, axis=0)
+    free &= _inside(rig.camera.project(seen_by), rig.camera.shape)
+    free &= _inside(rig.correspond(seen_by), rig.projector.shape)
     for eye in eyes:
-        seen[seen] = chart.between(seen, angles, eye) < 0
+        free[free] = chart.between(free, angles, eye) < 0
     half = ways[0] + ways[1]
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
     lines = np.broadcast_to(around, upright.shape), np.cross(upright, around)
@@ -106,8 +107,11 @@ def outlook(
     away = [(ways[0] * line).sum(axis=-1) for line in lines]
     around_mm, along_mm = (np.abs(line @ baseline) for line in lines)
     aside, along = aside_deg(over, np.stack(away)), np.stack([along_mm >= around_mm, around_mm >= along_mm])
-    tilt, slope = _degrees((half * normals).sum(axis=-1)), _degrees(cosines[0])
-    return Outlook(seen, tilt, slope, _shown(aside, along), along, facing(aside, along))
+    shows, faces = _shown(aside, along), facing(aside, along)
+    return tuple(
+        Outlook(free & fair, _degrees((half * normal).sum(axis=-1)), _degrees(cosine[0]), shows, along, faces)
+        for fair, normal, cosine in zip(not_steep, normals, cosines, strict=True)
+    )
 
 
 def _shown(aside: Floats, along: Bools) -> Floats:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 import trimesh
 
 from burrscan.arrays import Bools, Floats
 from burrscan.cell.chart import AROUND, Chart, chart_of
-from burrscan.cell.outlook import STEEPEST_DEG, outlook
+from burrscan.cell.outlook import STEEPEST_DEG, leaning, outlook
 from burrscan.inspection import Generatrix
 from tests.burrscan.cell.parts import RADIUS_MM, STEP_MM, facing, generatrix, rig
 
@@ -133,11 +135,18 @@ def test_the_tilt_is_zero_where_the_part_mirrors_the_projector(stepped: Chart) -
 
 def test_a_leaning_flank_faces_another_way(stepped: Chart) -> None:
     upright = outlook(stepped, rig(), facing(0.0), stepped.angles)
-    leaning = outlook(stepped, rig(), facing(0.0), stepped.angles, lean_deg=50.0)
-    here = np.argmin(np.abs(stepped.angles - 0.03))
-    row = 5
-    assert leaning.slope_deg[row, here] == pytest.approx(50.0, abs=6.0)
+    flank, none = leaning(stepped, rig(), facing(0.0), stepped.angles, leans_deg=(50.0, 0.0))
+    here, row = np.argmin(np.abs(stepped.angles - 0.03)), 5
+    assert flank.slope_deg[row, here] == pytest.approx(50.0, abs=6.0)
     assert upright.slope_deg[row, here] < 10.0
+    assert all(np.array_equal(getattr(none, each.name), getattr(upright, each.name)) for each in fields(none))
+    # leant towards growing angles it looks away where those are on the far side, but is hidden nowhere else
+    steep = upright.seen[row] & ~flank.seen[row]
+    assert steep.any()
+    assert (np.sin(stepped.angles[steep]) > 0.5).all()
+    more = flank.seen[row] & ~upright.seen[row]
+    assert more.any()
+    assert (upright.slope_deg[row, more] < 90.0).all()  # no flank is seen through the drum
 
 
 def test_a_look_faces_what_it_sees_from_less_than_30_degrees_aside_with_the_baseline_along_it(
