@@ -230,6 +230,8 @@ class _Told(NamedTuple):
         Whether its baseline lies along the burr rather than across.
     clear
         How much likelier a call as clear as the clearest is of a burr than of noise.
+    line
+        0 where it lies along the generatrix, 1 where it goes around the axis.
 
     """
 
@@ -239,6 +241,7 @@ class _Told(NamedTuple):
     lone: int
     along: bool
     clear: float
+    line: int
 
 
 def _told(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs: float) -> _Told:
@@ -252,7 +255,8 @@ def _told(calls: list[Call], frame: Floats, chart: Chart, chances: Floats, burrs
     real = np.log(burrs) + np.log(chance[called]).sum() + np.log1p(-chance[silent]).sum()
     lone = int(np.argmax(called)) if np.count_nonzero(called) == 1 else -1
     clear = _clearness(calls[0].burr.significance, along=calls[0].along)
-    return _Told(float(real), chance, int(called.sum() + silent.sum()), lone, calls[0].along, clear)
+    line = line_of(frame @ calls[0].T_plate_burr)
+    return _Told(float(real), chance, int(called.sum() + silent.sum()), lone, calls[0].along, clear, line)
 
 
 def _clearness(significance: float, *, along: bool) -> float:
@@ -270,18 +274,23 @@ def _probabilities(told: Sequence[_Told], looks: int) -> Floats:
     other looks confirm it as often as not; of noise none does. Each look has a rate of noise of its own: of
     rates with the usual mean the exponential distribution supposes least, and what of the look's other lone
     calls is probably false makes it a gamma distribution (Gelman et al., Bayesian Data Analysis, section
-    2.6), round by round until they agree.
+    2.6), round by round until they agree. And burrs lie as the others do, along the generatrix or around the
+    axis (:attr:`burrscan.cell.belief.Belief.lines`): up to twice as many as expected lie as all others, and
+    fewer the other way.
     """
     real = np.array([one.real for one in told])
     count = np.array([one.looks for one in told], float)
     lone = np.array([one.lone for one in told], np.int64)
     along = np.array([one.along for one in told], np.bool_)
     clear = np.array([one.clear for one in told], float)
+    line = np.array([one.line for one in told], np.int64)
     share = np.where(lone >= 0, np.where(along, *NOISE) / sum(NOISE), 0.0)
     noise, blemish = share * sum(NOISE), BLEMISHES * 0.5 ** (count - 1.0)
     probability: Floats = np.zeros(len(told))
     for _ in range(_ROUNDS):
-        before, odds = probability, np.log(count * (noise / clear + blemish)) - real
+        before, found = probability, np.bincount(line, probability, 2)
+        alike = 2.0 * (1.0 + found[line] - probability) / (2.0 + found.sum() - probability)
+        odds = np.log(count * (noise / clear + blemish)) - real - np.log(alike)
         probability = 1.0 / (1.0 + np.exp(np.clip(odds, -50.0, 50.0)))
         if np.abs(probability - before).max(initial=0.0) < _AGREED:
             break

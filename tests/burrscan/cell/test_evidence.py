@@ -101,15 +101,31 @@ def test_a_look_with_many_calls_that_none_confirms_is_believed_less() -> None:
     of_bunch = [place.probability for place in bunch]
     assert alone.certain
     assert max(of_bunch) < 0.5 * alone.probability
-    # those of another look, and one that is confirmed, are not
+    # those of another look, and one that is confirmed, are not; they lie as those do, which are half believed
     (elsewhere,) = (p for p in _joined([_call(1, burr()), *others], *chances) if p.calls[0].look == 1)
-    assert elsewhere.probability == pytest.approx(
-        _joined([_call(1, burr())], *chances)[0].probability, rel=1e-6
-    )
+    assert 1.0 < _odds(elsewhere) / _odds(_joined([_call(1, burr())], *chances)[0]) < 2.0
     twice = [_call(0, burr()), _call(1, burr())]
     (confirmed,) = _joined(twice, *chances)
     (beside,) = (place for place in _joined([*twice, *others], *chances) if len(place.calls) == 2)
-    assert beside.probability == pytest.approx(confirmed.probability, rel=1e-6)
+    assert 1.0 < _odds(beside) / _odds(confirmed) < 2.0
+
+
+def _odds(place: Place) -> float:
+    return place.probability / (1.0 - place.probability)
+
+
+def test_a_call_that_lies_as_the_others_do_is_believed_more() -> None:
+    along = burr(significance=9.0)
+    turned = np.array(along.T_mesh_burr)
+    turned[:3, :2] = np.stack([turned[:3, 1], -turned[:3, 0]], axis=1)
+    others = [_call(n, burr(angle)) for angle in (60.0, 120.0, 180.0) for n in range(3)]
+    chances = SURE, SURE, SURE
+    alike, across = (_call(0, one) for one in (along, replace(along, T_mesh_burr=turned)))
+    for call, share in ((alike, 4.0 / 5.0), (across, 1.0 / 5.0)):
+        (alone,) = _joined([call], *chances)
+        (beside,) = (place for place in _joined([call, *others], *chances) if len(place.calls) == 1)
+        # three that are sure beside Laplace's two, against one of two: the rule of succession
+        assert _odds(beside) / _odds(alone) == pytest.approx(2.0 * share, rel=0.01)
 
 
 def test_a_look_that_could_not_see_says_nothing() -> None:
