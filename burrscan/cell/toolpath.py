@@ -249,18 +249,50 @@ def _standing(
 ) -> tuple[Floats, Bools]:
     """(N, 4, 4) poses of the mill on (N,) places along and across the burr, and where it cuts no wall.
 
-    Over what the curve is off by, at a sharp edge say, the mill rides; of a wall no lifting clears it.
+    Where it would cut, it goes straight on from where it does not, and rides over what the curve is off by
+    there, at a sharp edge say; of a wall no lifting clears it. Under its face it cuts what a curve that
+    bulges makes it cut everywhere, and not more where it leans over an edge.
     """
     poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
+    if not on_part.any():
+        return poses, on_part
     cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
+    bulge_mm = _cuts_mm(poses, line, generatrix, 0.5 * radius_mm)
+    bulge_mm -= np.median(bulge_mm)
+    stands = on_part & (np.maximum(cuts_mm, bulge_mm) <= _ROUNDING_MM)
+    if stands.all() or not stands.any():
+        return poses, stands
+    poses = np.where(stands[:, None, None], poses, _straight_on(poses, stands))
     lifted_mm = np.zeros_like(cuts_mm)
     for _ in range(_LIFTS):
+        cuts_mm = np.where(stands, 0.0, _cuts_mm(poses, line, generatrix, radius_mm))
         if not cuts_mm.any():
             break
         poses[:, :3, 3] += cuts_mm[:, None] * poses[:, :3, 2]
         lifted_mm += cuts_mm
-        cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
+    cuts_mm = np.where(stands, 0.0, _cuts_mm(poses, line, generatrix, radius_mm))
     return poses, on_part & (cuts_mm <= _ROUNDING_MM) & (lifted_mm <= _RIDES_MM)
+
+
+def _straight_on(poses: Floats, stands: Bools) -> Floats:
+    """(N, 4, 4) the mill at the same places, but as flat as at the nearest of those where it ``stands``.
+
+    Its face goes on straight along the meridian, and turns with the part around the axis: at a sharp edge the
+    curve falls off, and a mill that leant with it would cut the edge.
+    """
+    places = poses[:, :3, 3]
+    known = np.flatnonzero(stands)
+    nearest = known[cKDTree(places[known]).query(places)[1]]
+    angles = np.arctan2(places[:, 1], places[:, 0])
+    turn = angles - angles[nearest]
+    like = np.tile(np.eye(4), (len(poses), 1, 1))
+    like[:, 0, 0] = like[:, 1, 1] = np.cos(turn)
+    like[:, 1, 0] = np.sin(turn)
+    like[:, 0, 1] = -np.sin(turn)
+    like = like @ poses[nearest]
+    over = ((places - like[:, :3, 3]) * like[:, :3, 2]).sum(axis=1)
+    like[:, :3, 3] = places - over[:, None] * like[:, :3, 2]
+    return like
 
 
 def _stations(
@@ -348,7 +380,7 @@ def _poses(origins: Floats, z_axes: Floats, feed: Floats) -> Floats:
 
 
 def _cuts_mm(poses: Floats, line: Polyline, generatrix: Generatrix, radius_mm: float) -> Floats:
-    """(N,) how far the mill's rim reaches into the part, more than it may, as far as its curve is known."""
+    """(N,) how far a ring of the mill's face reaches into the part, beyond what its curve is known to."""
     turn = np.linspace(0.0, 2.0 * np.pi, _RIM, endpoint=False)
     rim = radius_mm * np.stack([np.cos(turn), np.sin(turn), np.zeros(_RIM)], axis=1)
     points = (np.einsum("nij,mj->nmi", poses[:, :3, :3], rim) + poses[:, None, :3, 3]).reshape(-1, 3)
