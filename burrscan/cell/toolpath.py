@@ -249,28 +249,25 @@ def _standing(
 ) -> tuple[Floats, Bools]:
     """(N, 4, 4) poses of the mill on (N,) places along and across the burr, and where it cuts no wall.
 
-    Where it would cut, it goes straight on from where it does not, and rides over what the curve is off by
-    there, at a sharp edge say; of a wall no lifting clears it. Under its face it cuts what a curve that
-    bulges makes it cut everywhere, and not more where it leans over an edge.
+    Where it leans over an edge, so that it would cut more under its face than what a curve that bulges makes
+    it cut everywhere, it goes straight on instead. Over what the curve is off by, at a sharp edge say, the
+    mill rides; of a wall no lifting clears it.
     """
     poses, on_part = _stations(T_part_burr, line, along, across, radius_mm)
     if not on_part.any():
         return poses, on_part
+    under_mm = _cuts_mm(poses, line, generatrix, 0.5 * radius_mm)
+    leans = under_mm - np.median(under_mm[on_part]) > _UNDER_MM
+    if leans.any():
+        poses = np.where(leans[:, None, None], _straight_on(poses, on_part & ~leans), poses)
     cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
-    bulge_mm = _cuts_mm(poses, line, generatrix, 0.5 * radius_mm)
-    bulge_mm -= np.median(bulge_mm)
-    stands = on_part & (np.maximum(cuts_mm, bulge_mm) <= _ROUNDING_MM)
-    if stands.all() or not stands.any():
-        return poses, stands
-    poses = np.where(stands[:, None, None], poses, _straight_on(poses, stands))
     lifted_mm = np.zeros_like(cuts_mm)
     for _ in range(_LIFTS):
-        cuts_mm = np.where(stands, 0.0, _cuts_mm(poses, line, generatrix, radius_mm))
         if not cuts_mm.any():
             break
         poses[:, :3, 3] += cuts_mm[:, None] * poses[:, :3, 2]
         lifted_mm += cuts_mm
-    cuts_mm = np.where(stands, 0.0, _cuts_mm(poses, line, generatrix, radius_mm))
+        cuts_mm = _cuts_mm(poses, line, generatrix, radius_mm)
     return poses, on_part & (cuts_mm <= _ROUNDING_MM) & (lifted_mm <= _RIDES_MM)
 
 

@@ -133,6 +133,20 @@ def test_the_mill_goes_straight_on_over_a_sharp_edge() -> None:
         assert np.degrees(np.abs(path.stations[:, 2, 2])).max() < 1.0
 
 
+def test_a_part_that_bulges_is_milled_all_along() -> None:
+    """A flat mill of 2 mm stands 0.05 mm deep in a bead of 9 mm at its middle, wherever it stands."""
+    turn = np.linspace(-0.9, 0.9, 181)
+    z, r = 20.0 + 9.0 * np.sin(turn), RADIUS_MM - 9.0 + 9.0 * np.cos(turn)
+    bead = Generatrix(z, r, np.zeros(len(z)), np.zeros(len(z)))
+    there = burr(0.0, z_mm=20.0, length_mm=5.0)
+    path = tool_path(there, axis=axis(), generatrix=bead, radius_mm=2.0)
+    assert path.covered == 1.0
+    # over its middle it is as high as the burr's foot, and leans with the bead beside it
+    tips = path.stations[:, :3, 3]
+    off = np.hypot(np.hypot(tips[:, 0], tips[:, 1]) - (RADIUS_MM - 9.0), tips[:, 2] - 20.0) - 9.0
+    assert np.abs(off).max() < 0.05
+
+
 def test_the_mill_goes_straight_on_around_the_axis_too() -> None:
     """Along the wall of a step, a lane's stations are as flat as each other, at whatever angle."""
     there = burr(0.0, z_mm=37.9, length_mm=20.0)
