@@ -272,21 +272,13 @@ def _standing(
 
 
 def _straight_on(poses: Floats, stands: Bools) -> Floats:
-    """(N, 4, 4) the mill at the same places, but as flat as at the nearest of those where it ``stands``.
+    """(N, 4, 4) the mill at the same places, but on the plane of the nearest of those where it ``stands``.
 
-    Its face goes on straight along the meridian, and turns with the part around the axis: at a sharp edge the
-    curve falls off, and a mill that leant with it would cut the edge.
+    At a sharp edge the curve falls off, and a mill that leant with it would cut the edge.
     """
     places = poses[:, :3, 3]
     known = np.flatnonzero(stands)
-    nearest = known[cKDTree(places[known]).query(places)[1]]
-    angles = np.arctan2(places[:, 1], places[:, 0])
-    turn = angles - angles[nearest]
-    like = np.tile(np.eye(4), (len(poses), 1, 1))
-    like[:, 0, 0] = like[:, 1, 1] = np.cos(turn)
-    like[:, 1, 0] = np.sin(turn)
-    like[:, 0, 1] = -np.sin(turn)
-    like = like @ poses[nearest]
+    like = poses[known[cKDTree(places[known]).query(places)[1]]]
     over = ((places - like[:, :3, 3]) * like[:, :3, 2]).sum(axis=1)
     like[:, :3, 3] = places - over[:, None] * like[:, :3, 2]
     return like
