@@ -14,7 +14,7 @@ from burrscan.rig import Rig
 
 STEEPEST_DEG = 83.0
 """Surfaces seen or lit under more than this are not counted on. Of cells in sight 79 to 97 % of the points
-were measured in every step of angles up to this, on ground, turned and polished metal, then 59 and 45 % (18
+were measured in every step of angles up to this, on ground, turned and polished metal, then 59 and 45 % (15
 rendered looks of two wheels)."""
 ASIDE_DEG = 30.0
 """Seen from farther aside, across its line, a burr hides its other flank, which is as steep as 60 degrees and
