@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
-from burrscan.generatrix.polyline import Polyline, revolved
+from burrscan.generatrix.polyline import Polyline, join, revolved
 from burrscan.generatrix.ray import first_met
 from burrscan.inspection import Generatrix
 from burrscan.turns import turn_rad
@@ -125,8 +125,7 @@ def angle_cells(points_mm: Floats) -> Ints:
 
 def chart_of(generatrix: Generatrix) -> Chart:
     """The map of a part from its generatrix in the part frame, its material to the right. O(its length)."""
-    middles, tangents, lengths, starts = [], [], [], []
-    nodes: list[Floats] = []
+    middles, tangents, lengths, chords = [], [], [], []
     for z, r in _pieces(generatrix):
         walked = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(z), np.diff(r)))])
         count = max(1, round(walked[-1] / _ALONG_MM))
@@ -137,12 +136,10 @@ def chart_of(generatrix: Generatrix) -> Chart:
         step = np.diff(corners, axis=0)
         tangents.append(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
         lengths.append(np.full(count, walked[-1] / count))
-        starts.append(np.arange(count) + sum(len(each) for each in nodes))
-        nodes.append(corners)
+        chords.append(corners)
     zr, tangent = np.concatenate(middles), np.concatenate(tangents)
     area = np.concatenate(lengths) * zr[:, 1] * (2.0 * np.pi / AROUND)
-    outline = Polyline(np.concatenate(nodes), np.concatenate(starts))
-    return Chart(zr, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), area, outline)
+    return Chart(zr, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), area, join(chords))
 
 
 def _pieces(generatrix: Generatrix) -> list[tuple[Floats, Floats]]:
