@@ -137,10 +137,11 @@ def joint(
             share = 1.0 if number < _WHOLE else 0.5
             before = state.spread
             moved, moved_mm = _step(
-                state, some, noise, reported, prior, size, share=share, use_roll=use_roll and fine
+                state, some, noise, reported, prior, size, share=share, fine=fine, use_roll=use_roll and fine
             )
             if moved < _SETTLED and (state.spread > _FALLS * before).all():
                 break
+    _refuse_apart(state, points, sigma, prior)
     _refuse_foreign(state, points, sigma)
     _refuse_lost(state, points, reported, prior)
     if moved > _UNSETTLED:
@@ -152,6 +153,18 @@ def joint(
         # many points make the stated deviations smaller than the last steps, which are far below the noise
         state.spread = state.spread * moved
     return _result(state, views, points, sigma, reported, prior, steps, use_roll=use_roll)
+
+
+def _refuse_apart(state: _State, points: list[Floats], sigma: list[Floats], prior: PosePrior) -> None:
+    """Refuse views whose points lie farther off their best curve than the robot's errors could put them."""
+    noise = state.spread * [float(np.median(s)) for s in sigma]
+    said = float(np.median(_rough_mm(points, prior)))
+    if np.median(state.spread) > _UNLIKE and np.median(noise) > said:
+        raise InputError(
+            f"the views share no curve: their points lie {np.median(noise):.2g} mm off the best one, where "
+            f"their reported poses are stated to put them {said:.2g} mm off at most: check every reported "
+            "pose, and that all views show the same part"
+        )
 
 
 def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) -> None:
@@ -250,10 +263,12 @@ def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) ->
     return float(np.sqrt(np.median((off**2).sum(axis=1))))
 
 
-def _rows(state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool) -> list[Rows]:
+def _rows(
+    state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool, shared: bool = True
+) -> list[Rows]:
     curve = curve_at(state.pieces, state.coefficients)
     return [
-        rows_of(p, s * k, np.ascontiguousarray(pose), curve, TUKEY, robust=robust)
+        rows_of(p, s * k, np.ascontiguousarray(pose), curve, TUKEY, robust=robust, shared=shared)
         for p, s, k, pose in zip(points, sigma, state.spread, state.poses, strict=True)
     ]
 
@@ -328,14 +343,16 @@ def _step(
     size_mm: float,
     *,
     share: float,
+    fine: bool,
     use_roll: bool,
 ) -> tuple[float, float]:
     """A share of a Gauss-Newton step, in place: the step's length in standard deviations per unknown, and mm.
 
     The length in mm is that of the largest motion across the axis at ``size_mm`` from the middle: along and
-    about the axis a round part slides.
+    about the axis a round part slides. What points share is looked at where poses are ``fine``: before that
+    it is the poses' errors.
     """
-    rows = _rows(state, points, sigma, robust=True)
+    rows = _rows(state, points, sigma, robust=True, shared=fine)
     inverse = inverses_of(rows, state.pieces.spacing)
     square, pull, offset, response = _eliminated(rows, inverse)
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
@@ -380,7 +397,7 @@ def _result(
     count = len(views)
     rows = _rows(state, points, sigma, robust=False)
     *_, response = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
-    wide = _widened(state, points, sigma, response) / _EFFICIENCY
+    wide = _widened(state, points, sigma, rows, response) / _EFFICIENCY
     rows = [row._replace(sums=row.sums / factor) for row, factor in zip(rows, wide, strict=True)]
     square, pull, *_ = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     noise = np.array([k * float(np.median(s)) for k, s in zip(state.spread, sigma, strict=True)])
@@ -429,14 +446,16 @@ def _common_curve(
         ) from error
 
 
-def _widened(state: _State, points: list[Floats], sigma: list[Floats], response: Floats) -> Floats:
+def _widened(
+    state: _State, points: list[Floats], sigma: list[Floats], rows: list[Rows], response: Floats
+) -> Floats:
     """(N,) by how much points of one sector that err together widen a view's variance, at least 1."""
     curve = curve_at(state.pieces, state.coefficients)
     wide = np.ones(len(points))
-    for number, (p, s) in enumerate(zip(points, sigma, strict=True)):
+    for number, (p, s, row) in enumerate(zip(points, sigma, rows, strict=True)):
         own = np.ascontiguousarray(response[:, :, UNKNOWNS * number : UNKNOWNS * (number + 1)])
         pose = np.ascontiguousarray(state.poses[number])
-        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, TUKEY, own)
+        pulls, square = sector_pulls(p, s * state.spread[number], pose, curve, TUKEY, row.shares, own)
         told = [0, 1, 3, 4, 5]  # all but the turn about the axis
         inverse = np.linalg.pinv(square[np.ix_(told, told)], hermitian=True)
         filled = int(np.count_nonzero(pulls.any(axis=1)))

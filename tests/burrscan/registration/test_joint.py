@@ -126,13 +126,45 @@ def camera_errors(shots: list[tuple[Shot, Joint]]) -> Floats:
 
 
 @pytest.mark.study
-@pytest.mark.study
 @pytest.mark.parametrize("count", COUNTS)
 def test_the_axis_is_within_1_3_of_the_bound(count: int) -> None:
     """RMS over the draws and all views; chance alone makes up to 1.1 of 1 (two sigma of 80 tilts)."""
     tilts = np.degrees(camera_errors(found(count))[:, :, :2])
     rms = np.sqrt((tilts**2).sum(axis=2).mean())
     assert rms < 1.3 * np.sqrt((bound_deg(count) ** 2).mean())
+
+
+def with_a_corner(one: Shot, rng: np.random.Generator) -> Shot:
+    """A band of 4 mm in which the points of every 5.6 degrees err together, by three times their noise."""
+    views = []
+    for view, pose in zip(one.views, one.true, strict=True):
+        at = placed(pose, view.vertices_mm)
+        sector = (np.arctan2(at[:, 1], at[:, 0]) / (2.0 * np.pi) % 1.0 * 64).astype(int)
+        shift = 3.0 * SIGMA_MM * rng.normal(size=64)[sector] * (np.abs(at[:, 2] - 10.0) < 2.0)
+        at[:, :2] *= 1.0 + (shift / np.hypot(at[:, 0], at[:, 1]))[:, None]
+        views.append(replace(view, vertices_mm=placed(np.linalg.inv(pose), at)))
+    return replace(one, views=views)
+
+
+def test_a_corner_whose_points_err_together_does_not_turn_the_axis() -> None:
+    """It holds a twelfth of the points; were they taken to err by themselves the axis would be 4 times off.
+
+    The mean over 24 tilts chance makes up to 1.3 of 1 (two sigma), and what is stated of 12 axes 0.6 to 1.4.
+    """
+    solved = [
+        (one, joint(one.views))
+        for seed in range(6)
+        for one in [with_a_corner(shot(turns(2), seed, shape=SHAPE), np.random.default_rng(seed))]
+    ]
+    tilts = np.degrees(camera_errors(solved)[:, :, :2])
+    assert np.sqrt((tilts**2).sum(axis=2).mean()) < 1.3 * 1.3 * np.sqrt((bound_deg(2) ** 2).mean())
+    square = [
+        e @ np.linalg.solve(a.covariance, e)
+        for one, f in solved
+        for a, T in zip(f.axes_camera, one.true, strict=True)
+        for e in [axis_error(a, T)]
+    ]
+    assert 0.5 < np.mean(square) / 4.0 < 1.6
 
 
 @pytest.mark.study
