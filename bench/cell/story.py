@@ -19,9 +19,10 @@ from bench.score.part import MeshEvidence, MeshTruth
 from bench.score.shape import axis_deg
 from burrscan.arrays import Floats, Ints32
 from burrscan.cell.choices import POSTURES_DEG
+from burrscan.cell.feed import along_its_edge, mill
 from burrscan.cell.loop import Progress, inspection_of, look_around
 from burrscan.cell.positioner import OutOfReachError
-from burrscan.cell.removal import mill, path_of, verify
+from burrscan.cell.removal import path_of, verify
 from burrscan.cell.servo import Servoed, servo
 from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
@@ -262,7 +263,8 @@ def _remove(
         return score, {}
     shots = {"before": _crop(station, last, reached.burr.T_mesh_burr)}
     path = path_of(station, reached, radius_mm=case.cell.mill.radius_mm)
-    mill(station, path, roll_deg=reached.roll_deg)
+    path = along_its_edge(station, path, reached, pipeline=pipeline)
+    mill(station, path, reached)
     after = verify(station, reached, pipeline=pipeline)
     if after.outcome is not None:
         shots["after"] = _crop(station, after.outcome, after.site.T_camera_burr)

@@ -16,6 +16,7 @@ from burrscan.cell.flatness import bare
 from burrscan.cell.ghosts import passed_through, without
 from burrscan.cell.look import Look
 from burrscan.cell.outlook import Outlook, aside_deg, facing, outlook
+from burrscan.cell.rim import on_its_edge
 from burrscan.cell.sizes import Cloud, sided, sides, sized
 from burrscan.generatrix import deviation_mm
 from burrscan.inspection import Axis, Burr, Generatrix
@@ -107,7 +108,7 @@ def fused(looks: Sequence[Look], rig: Rig, *, prior: PosePrior, burrs: float) ->
         if np.isfinite(burr.T_mesh_burr).all() and _towards(burr.T_mesh_burr)[2] > 0.0
     ]
     belief, places = believed(calls, seen, axis=found.axis, chart=chart, burrs=burrs)
-    places = distinct([_measured(place, found.axis, T_part_plate, clouds) for place in places], T_part_plate)
+    places = distinct([_measured(place, found, T_part_plate, clouds) for place in places], T_part_plate)
     return Fused(found, chart, belief, places)
 
 
@@ -169,13 +170,31 @@ def _call(
     return Call(look, burr, pose, float(aside), faced, bool(along), frozenset(against))
 
 
-def _measured(place: Place, axis: Axis, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
+def _measured(place: Place, found: Joint, T_part_plate: Floats, clouds: list[Cloud]) -> Place:
     """A place's burr as all looks measure it, where one is called."""
     if not place.certain:
         return place
     T_part_burr = T_part_plate @ place.burr.T_mesh_burr
+    if line_of(T_part_burr) and place.burr.sign > 0:
+        on_edge = _on_edge(place.burr, found.generatrix, T_part_burr, T_part_plate, clouds)
+        return replace(place, burr=on_edge)
     shown = sided(place.burr, side_log_odds(place.calls), sides(place.burr, T_part_burr, clouds))
-    return place if shown is None else replace(place, burr=sized(shown, axis, T_part_burr))
+    return place if shown is None else replace(place, burr=sized(shown, found.axis, T_part_burr))
+
+
+def _on_edge(
+    burr: Burr, generatrix: Generatrix, T_part_burr: Floats, T_part_plate: Floats, clouds: list[Cloud]
+) -> Burr:
+    """A burr that goes around the axis, on the edge of the part that all looks show it on."""
+    pose = on_its_edge(
+        generatrix,
+        T_part_burr,
+        np.concatenate([cloud.points_mm for cloud in clouds]),
+        np.concatenate([cloud.deviation_mm for cloud in clouds]),
+        high_mm=burr.height_mm.value,
+        half_mm=0.5 * burr.length_mm.value,
+    )
+    return replace(burr, T_mesh_burr=np.asarray(np.linalg.inv(T_part_plate) @ pose, float))
 
 
 def _towards(T_camera_burr: Floats) -> Floats:

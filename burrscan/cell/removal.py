@@ -1,4 +1,4 @@
-"""Taking a burr off: the path gone through by the arm, and what another look says of the place."""
+"""Taking a burr off: the path over a burr that was reached, and what another look says of the place."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from burrscan.arrays import Bools, Floats, freeze
+from burrscan.burrs.pose import share_around
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.servo import Servoed
-from burrscan.cell.station import Station, turned
+from burrscan.cell.station import Station
 from burrscan.cell.toolpath import ToolPath, tool_path
 from burrscan.cell.toolpose import move_tool
 from burrscan.errors import InputError
@@ -99,30 +100,6 @@ def path_of(station: Station, servoed: Servoed, *, radius_mm: float) -> ToolPath
     return path.placed(servoed.T_base_mesh)
 
 
-def mill(station: Station, path: ToolPath, *, roll_deg: float) -> None:
-    """Go through a path of the frame of the base: approach, every pass, retreat.
-
-    Raises
-    ------
-    burrscan.cell.positioner.OutOfReachError
-        When the arm cannot follow; the spindle is stopped then, the arm stands where it was.
-    InputError
-        When the station has no spindle.
-
-    """
-    if station.spindle is None:
-        raise InputError("the station has no spindle: give Station.spindle what starts and stops the mill")
-    T_tool_flange = np.linalg.inv(station.T_flange_tool)
-    station.arm.move(turned(path.above(0), roll_deg) @ T_tool_flange)
-    station.spindle.start()
-    try:
-        for _, pose in path.travel():
-            station.arm.move(turned(pose, roll_deg) @ T_tool_flange)
-    finally:
-        station.spindle.stop()
-    station.arm.move(turned(path.above(path.last), roll_deg) @ T_tool_flange)
-
-
 def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = None) -> Verified:
     """Look at the place of a burr that was milled, and judge it.
 
@@ -151,18 +128,35 @@ def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = No
         raise InputError(f"there is no place to look at: {servoed.why}")
     eye = servoed.glances[-1].T_base_camera
     burr = replace(servoed.burr, T_mesh_burr=servoed.T_base_mesh @ servoed.burr.T_mesh_burr)
-    first = _seen(station, burr, eye, roll_deg=0.0, pipeline=pipeline)
+    bent_mm = _bent_mm(servoed)
+    first = _seen(station, burr, eye, bent_mm, roll_deg=0.0, pipeline=pipeline)
     if first.measured >= _ENOUGH:
         return first
     try:
-        other = _seen(station, burr, eye, roll_deg=180.0, pipeline=pipeline)
+        other = _seen(station, burr, eye, bent_mm, roll_deg=180.0, pipeline=pipeline)
     except OutOfReachError:
         return first
     return max(first, other, key=lambda one: one.measured)
 
 
+def _bent_mm(servoed: Servoed) -> float:
+    """By how much the ends of a burr that goes around the axis are beside its straight middle line."""
+    last = servoed.glances[-1].outcome
+    if servoed.burr is None or last is None:
+        return 0.0
+    axis, burr = last.inspection.axis, servoed.burr
+    radius = float(np.linalg.norm(np.cross(axis.direction, burr.T_mesh_burr[:3, 3] - axis.point_mm)))
+    return share_around(burr, axis) ** 2 * burr.length_mm.value**2 / (8.0 * max(radius, 1e-9))
+
+
 def _seen(
-    station: Station, burr: Burr, T_base_camera: Floats, *, roll_deg: float, pipeline: Pipeline | None
+    station: Station,
+    burr: Burr,
+    T_base_camera: Floats,
+    bent_mm: float,
+    *,
+    roll_deg: float,
+    pipeline: Pipeline | None,
 ) -> Verified:
     """What a look from a pose, turned about the mill, says of a burr's place; its frame is the base's."""
     T_base_tool = np.asarray(T_base_camera @ station.T_camera_tool, float)
@@ -172,7 +166,7 @@ def _seen(
     more = float(swing) if roll_deg else 0.0
     half = (
         0.5 * burr.length_mm.value + more,
-        0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0) + more,
+        0.5 * burr.width_mm.value + 0.5 * max(burr.height_mm.value, 0.0) + more + bent_mm,
     )
     site = Site(np.asarray(np.linalg.inv(reported) @ burr.T_mesh_burr, float), half)
     try:

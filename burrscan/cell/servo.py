@@ -138,10 +138,10 @@ class Servoed:
     burr
         The burr where all looks from the last side have it, its pose in the frame of the last one's mesh:
         where moves from here on are best sent to, which scatter as those did.
-    roll_deg
-        Turn of the flange about the mill.
     T_base_mesh
         (4, 4) where the last look's mesh is now that the table was turned.
+    turn_deg
+        Of the table.
 
     """
 
@@ -149,8 +149,8 @@ class Servoed:
     why: str
     glances: tuple[Glance, ...]
     burr: Burr | None
-    roll_deg: float = 0.0
     T_base_mesh: Floats | None = None
+    turn_deg: float = 0.0
 
     def __post_init__(self) -> None:
         freeze(self, T_base_mesh=self.T_base_mesh)
@@ -234,7 +234,9 @@ def servo(
         if len(same_side) >= _LEAST_LOOKS and glance.sure(tolerance_mm) >= enough:
             T_base_mesh = np.asarray(swing @ reported, float)
             here = np.asarray(np.linalg.inv(T_base_mesh) @ expected, float)
-            return Servoed(True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), roll, T_base_mesh)
+            return Servoed(
+                True, "", tuple(glances), replace(seen.burr, T_mesh_burr=here), T_base_mesh, table.turn_deg
+            )
     return Servoed(False, _why(glances, burr, tolerance_mm, sure), tuple(glances), None)
 
 
@@ -242,7 +244,7 @@ class _Table:
     """The table as it stands, and what its small turns do."""
 
     def __init__(self, station: Station, turn_deg: float) -> None:
-        self._station, self._turn_deg = station, turn_deg
+        self._station, self.turn_deg = station, turn_deg
         self.T_base_plate = station.table.move(turned(station.T_base_plate, turn_deg))
 
     def put_across(
@@ -265,9 +267,9 @@ class _Table:
             return np.eye(4), glance, False
         if abs(glance.off_mm[0]) < turn.sigma_mm:  # it would add more than it takes away
             return np.eye(4), glance, True
-        self._turn_deg += turn.deg
+        self.turn_deg += turn.deg
         before = self.T_base_plate
-        self.T_base_plate = self._station.table.move(turned(self._station.T_base_plate, self._turn_deg))
+        self.T_base_plate = self._station.table.move(turned(self._station.T_base_plate, self.turn_deg))
         swing = np.asarray(self.T_base_plate @ np.linalg.inv(before), float)
         off, tilt = _off(self._station, glance.T_base_camera, swing @ T_base_burr, glance.height_mm)
         sigma = float(np.hypot(glance.off_sigma_mm, turn.sigma_mm))

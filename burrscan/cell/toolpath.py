@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from burrscan.arrays import Bools, Floats, Ints, freeze
 from burrscan.axis.basis import T_part_mesh
-from burrscan.cell.chart import walked
+from burrscan.cell.chart import line_of, walked
 from burrscan.errors import InputError
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import Foot, Polyline, polyline_of, turned
@@ -301,9 +301,14 @@ def _stations(
     around = np.array([-np.sin(angle), np.cos(angle), 0.0])
     places = walked(T_part_burr, along, across)
     angles = np.arctan2(places[:, 1], places[:, 0])
-    foot = feet_of(places[:, 2], np.hypot(places[:, 0], places[:, 1]), line)
-    on_part = foot.valid
-    at, normal = _levelled(line, foot, radius_mm)
+    at = np.stack([places[:, 2], np.hypot(places[:, 0], places[:, 1])], axis=1)
+    if line_of(T_part_burr):  # it stands on an edge, and its pose is that of the face on which the mill lies
+        on_part = np.ones(len(at), np.bool_)
+        normal = np.broadcast_to([T_part_burr[2, 2], T_part_burr[:3, 2] @ radial], at.shape)
+    else:
+        foot = feet_of(at[:, 0], at[:, 1], line)
+        on_part = foot.valid
+        at, normal = _levelled(line, foot, radius_mm)
     cosine, sine = np.cos(angles), np.sin(angles)
     tangent = np.stack([-sine, cosine, np.zeros_like(sine)], axis=1)
     feed = (T_part_burr[:3, 0] @ around) * tangent + T_part_burr[2, 0] * np.array([0.0, 0.0, 1.0])
@@ -312,7 +317,12 @@ def _stations(
 
 
 def _over(T_part_burr: Floats, line: Polyline, radius_mm: float) -> float:
-    """Distance of the burr's origin from the face that the mill stands on there; 0 where there is none."""
+    """Distance of the burr's origin from the face that the mill stands on there; 0 where there is none.
+
+    And 0 on an edge, where the mill stands on the burr's own plane.
+    """
+    if line_of(T_part_burr):
+        return 0.0
     x, y, z = T_part_burr[:3, 3]
     place = np.array([[z, np.hypot(x, y)]])
     foot = feet_of(place[:, 0], place[:, 1], line)

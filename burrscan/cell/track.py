@@ -15,6 +15,8 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
+from burrscan.cell.chart import line_of
+from burrscan.cell.rim import Edge, Face, along_edge, edge_near, pose_over
 from burrscan.cell.shade import PIECES, shade_centre, top_of
 from burrscan.generatrix.deviation import feet_of
 from burrscan.generatrix.polyline import polyline_of
@@ -86,9 +88,13 @@ def tracked(
     Notes
     -----
     O(vertices × places tried). The pose lies on the fitted surface, its x in the sense of the one expected.
+    A burr that goes around the axis is sought on an edge of the part; its z, as it is expected, says on which
+    of the two faces.
 
     """
     surface, inspection = outcome.surface, outcome.inspection
+    if line_of(T_part_mesh(inspection.axis.point_mm, inspection.axis.direction) @ T_camera_burr):
+        return _over_edge(outcome, burr, T_camera_burr, gate_mm=gate_mm)
     local = placed(np.linalg.inv(T_camera_burr), surface.vertices_mm)
     deviation = burr.sign * inspection.deviation_mm
     width, half = burr.width_mm.value, 0.5 * burr.length_mm.value
@@ -117,6 +123,65 @@ def tracked(
     pose = _on_surface(outcome, T_camera_burr @ _shift(along, across))
     seen = replace(burr, T_mesh_burr=pose, length_mm=Value(length, burr.length_mm.sigma))
     return Tracked(seen, found.sigma)
+
+
+def edge_now(outcome: Outcome, T_camera_burr: Floats, *, gate_mm: float) -> Floats | None:
+    """(4, 4) a place on the part's edge in a look, camera frame; None where no edge is near.
+
+    Parameters
+    ----------
+    outcome
+        Of the look.
+    T_camera_burr
+        (4, 4) where on the edge, about; its x goes around the axis, its z is near the normal of a face.
+    gate_mm
+        How far off the edge it may be.
+
+    """
+    found = _edge(outcome, T_camera_burr, gate_mm)
+    if found is None:
+        return None
+    T_part_camera, expected, edge, face = found
+    return np.asarray(np.linalg.inv(T_part_camera) @ pose_over(edge, face, expected), float)
+
+
+def _edge(
+    outcome: Outcome, T_camera_burr: Floats, gate_mm: float
+) -> tuple[Floats, Floats, Edge, Face] | None:
+    """The part frame, the pose in it, the edge near that, and the face to whose normal its z is nearest."""
+    axis, generatrix = outcome.inspection.axis, outcome.inspection.generatrix
+    T_part_camera = T_part_mesh(axis.point_mm, axis.direction)
+    expected = np.asarray(T_part_camera @ T_camera_burr, float)
+    x, y, z = expected[:3, 3]
+    place, outward = np.array([z, np.hypot(x, y)]), expected[:2, 2] @ [x, y] / np.hypot(x, y)
+    edge = edge_near(polyline_of(generatrix), generatrix, place, within_mm=gate_mm)
+    if edge is None:
+        return None
+    face = max(edge.faces, key=lambda one: float(one.normal @ [expected[2, 2], outward]))
+    return T_part_camera, expected, edge, face
+
+
+def _over_edge(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: float) -> Tracked | None:
+    """A burr that goes around the axis: it stands on an edge, which its faces tell (:mod:`.rim`)."""
+    found, inspection = _edge(outcome, T_camera_burr, gate_mm), outcome.inspection
+    if found is None:
+        return None
+    T_part_camera, expected, edge, face = found
+    known = np.isfinite(inspection.deviation_mm)
+    along = along_edge(
+        edge,
+        expected,
+        placed(T_part_camera, outcome.surface.vertices_mm[known]),
+        inspection.deviation_mm[known],
+        outcome.surface.vertex_sigma_mm[known],
+        high_mm=burr.height_mm.value,
+        half_mm=0.5 * burr.length_mm.value,
+        gate_mm=gate_mm,
+    )
+    if along is None:
+        return None
+    pose = np.linalg.inv(T_part_camera) @ pose_over(edge, face, expected, along_mm=along)
+    return Tracked(replace(burr, T_mesh_burr=np.asarray(pose, float)), edge.sigma_mm)
 
 
 def _called(burrs: tuple[Burr, ...], wanted: Burr, T_camera_burr: Floats, gate_mm: float) -> float | None:

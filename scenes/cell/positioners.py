@@ -25,6 +25,8 @@ class SimulatedArm:
         (4, 4) its first pose.
     refuse
         Raises OutOfReachError for a pose at which something would collide.
+    moved
+        Called after each move.
 
     """
 
@@ -35,10 +37,10 @@ class SimulatedArm:
         *,
         T_home: Floats,
         refuse: Callable[[Floats], None],
+        moved: Callable[[], None],
     ) -> None:
-        self._sheet, self._attained, self._refuse = sheet, attained, refuse
+        self._sheet, self._attained, self._refuse, self._moved = sheet, attained, refuse, moved
         self.T_true = T_home
-        self.trace: list[Floats] = []
 
     @property
     def sheet(self) -> PositionerSheet:
@@ -54,7 +56,7 @@ class SimulatedArm:
             )
         self._refuse(T_base_flange)
         self.T_true = self._attained.attained(T_base_flange)
-        self.trace.append(self.T_true)
+        self._moved()
         return T_base_flange
 
 

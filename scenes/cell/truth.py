@@ -16,6 +16,10 @@ _NEAR_MM = 6.0
 """Of a burr's length around the mill that its middle is taken over."""
 _SLICE_MM = 0.5
 """Between sections of its outline."""
+_LEAST_FACE_MM = 1.0
+"""Pieces of the outline that are longer are faces, not roundings."""
+_SQUARE = np.cos(np.radians(20.0))
+"""Faces that lean to each other by less make no edge."""
 _BESIDE_MM = 1.0
 """Around a burr's extent that counts as its place."""
 
@@ -42,8 +46,8 @@ def tool_over(T_part_tool: Floats, wheel: Wheel, number: int) -> tuple[float, fl
 
     Across it counts from the middle of what the burr covers of the part, near the mill: of a plain burr that
     is the middle of its base, as :class:`burrscan.inspection.Burr` has it, and of a curled one that of its
-    outline, for from above its root is not seen. The surface under the burr is taken for
-    the plane face (in the meridian) of its middle.
+    outline, for from above its root is not seen; of one on an edge it is the edge. The surface under the burr
+    is taken for the plane face (in the meridian) of its middle.
     """
     burr, generatrix_zr_mm = wheel.burrs[number], wheel.generatrix_zr_mm
     x, y, z = T_part_tool[:3, 3]
@@ -51,12 +55,25 @@ def tool_over(T_part_tool: Floats, wheel: Wheel, number: int) -> tuple[float, fl
     foot, normal = _foot(np.array([crest[2], np.hypot(crest[0], crest[1])]), generatrix_zr_mm)
     radius = float(np.hypot(x, y))
     if burr.kind == "rim":
-        base = np.array([z, radius]) - foot
+        base = np.array([z, radius]) - _edge_beside(foot, normal, generatrix_zr_mm)
         return float(base @ np.array([normal[1], -normal[0]])), float(base @ normal)
     turn = np.arctan2(y, x) - _middle(wheel, number, z)
     across = radius * np.sin(turn)
     height = (np.array([z, radius * np.cos(turn)]) - foot) @ normal
     return float(across), float(height)
+
+
+def _edge_beside(foot: Floats, normal: Floats, curve: Floats) -> Floats:
+    """(2,) where the face under a rim's crest meets the next one, both as long as if nothing was rounded."""
+    start, step = curve[:-1], np.diff(curve, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    normals = np.stack([-step[:, 1], step[:, 0]], axis=1) / length[:, None]
+    others = (length > _LEAST_FACE_MM) & (np.abs(normals @ normal) < _SQUARE)
+    meet = [
+        np.linalg.solve(np.stack([normal, own]), [foot @ normal, place @ own])
+        for own, place in zip(normals[others], start[others], strict=True)
+    ]
+    return min(meet, key=lambda place: float(np.linalg.norm(place - foot)))
 
 
 def base_pose(wheel: Wheel, number: int) -> Floats:

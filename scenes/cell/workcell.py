@@ -91,7 +91,9 @@ class SimulatedCell:
             AttainedPoses(spec.arm.sheet, identity=identity, source="arm"),
             T_home=home,
             refuse=self._refuse,
+            moved=lambda: self.trace.append(self.T_part_tool),
         )
+        self.trace: list[Floats] = []
         self.cuts: list[Cut] = []
         self._looks = 0
         self._seen: tuple[Floats, Simulation] | None = None
@@ -150,11 +152,9 @@ class SimulatedCell:
             self._seen = (pose, simulation)
         return self._seen[1]
 
-    def cut_along(self, flanges: Sequence[Floats]) -> None:
-        """The mill has cut while the flange went through these true poses (4, 4), ``T_base_flange``."""
-        T_part_base = np.linalg.inv(self.table.T_true @ self.T_plate_part)
-        tools = T_part_base @ np.array(flanges) @ _MOUNT @ self._tool
-        self.cuts += milled(self.wheel, self.cuts, tools, self.spec.mill)
+    def cut_along(self, tools: Sequence[Floats]) -> None:
+        """The mill has cut while it went through these true poses (4, 4) over the part, ``T_part_tool``."""
+        self.cuts += milled(self.wheel, self.cuts, np.array(tools), self.spec.mill)
         self._seen = None
 
     def _refuse(self, T_base_flange: Floats) -> None:
@@ -172,17 +172,17 @@ class SimulatedCell:
 
 
 class _Mill:
-    """The spindle: what the arm goes through between start and stop is cut."""
+    """The spindle: what the mill goes through between start and stop is cut, whether arm or table moves."""
 
     def __init__(self, cell: SimulatedCell) -> None:
         self._cell = cell
         self._since = 0
 
     def start(self) -> None:
-        self._since = len(self._cell.arm.trace)
+        self._since = len(self._cell.trace)
 
     def stop(self) -> None:
-        gone = self._cell.arm.trace[self._since :]
+        gone = self._cell.trace[self._since :]
         if len(gone) > 1:
             self._cell.cut_along(gone)
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from burrscan.arrays import Floats
+from burrscan.cell import feed as feed_module
 from burrscan.cell import removal as module
+from burrscan.cell.feed import along_its_edge, mill
 from burrscan.cell.positioner import OutOfReachError
 from burrscan.cell.removal import verify
 from burrscan.cell.servo import Glance, Servoed
+from burrscan.cell.toolpath import ToolPath
 from burrscan.errors import InputError
-from tests.burrscan.cell.parts import burr
+from burrscan.inspection import Axis
+from tests.burrscan.cell.parts import RADIUS_MM, burr
 from tests.burrscan.cell.test_servo import World
 
 
@@ -141,3 +148,152 @@ def test_a_look_that_shows_no_part_says_so(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_place_that_was_not_reached_is_not_judged() -> None:
     with pytest.raises(InputError, match="4 looks leave"):
         verify(World(0).station(), Servoed(False, "4 looks leave 0.2 mm", (), None))
+
+
+class Spindle:
+    """Notes how often it was started and stopped."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def start(self) -> None:
+        self.said.append("start")
+
+    def stop(self) -> None:
+        self.said.append("stop")
+
+
+def _around(world: World, *, half_deg: float, axial: bool) -> tuple[ToolPath, Servoed]:
+    """A path over an arc of the drum, the mill upright on its round side or flat on its end face."""
+    angles = np.radians(180.0 + np.linspace(-half_deg, half_deg, 9))
+    poses = []
+    for angle in angles:
+        radial, tangent = [np.cos(angle), np.sin(angle), 0.0], [-np.sin(angle), np.cos(angle), 0.0]
+        up = [0.0, 0.0, 1.0] if axial else radial
+        pose = np.eye(4)
+        pose[:3, :3] = np.stack([tangent, np.cross(up, tangent), up], axis=1)
+        pose[:3, 3] = RADIUS_MM * np.array(radial) + [0.0, 0.0, 40.0]
+        poses.append(world.T_base_home @ pose)
+    middle = poses[4]
+    reached = replace(burr(180.0), T_mesh_burr=middle)
+    camera = middle @ np.linalg.inv(world.T_camera_tool)
+    axis = Axis(world.T_base_home[:3, 3], np.array([0.0, 0.0, 1.0]), np.eye(4), "given")
+    outcome = SimpleNamespace(inspection=SimpleNamespace(axis=axis))
+    glance = Glance(camera, 8.0, middle, outcome=cast(Any, outcome))
+    servoed = Servoed(True, "", (glance,), reached, T_base_mesh=np.eye(4))
+    path = ToolPath(np.stack(poses), np.zeros(9, np.int64), (0.4, 0.0), 20.0, 10.0, 1.0)
+    return path, servoed
+
+
+class Still(World):
+    """An arm and a table without errors, which note where the mill is over the plate."""
+
+    def __init__(self) -> None:
+        super().__init__(0)
+        self.flanges: list[Floats] = []
+        self.over: list[Floats] = []
+        self.attained = self.table.attained = cast(Any, SimpleNamespace(attained=lambda pose: pose))
+
+    def move(self, T_base_flange: Floats) -> Floats:
+        self.flanges.append(T_base_flange)
+        self.over.append(np.linalg.inv(self.table.T_base_plate) @ T_base_flange @ self.T_camera_tool)
+        return super().move(T_base_flange)
+
+
+@pytest.mark.parametrize("axial", [True, False])
+def test_along_an_edge_the_table_turns_the_part_under_a_flange_that_stays(*, axial: bool) -> None:
+    world, spindle = Still(), Spindle()
+    path, servoed = _around(world, half_deg=15.0, axial=axial)
+    mill(replace(world.station(), spindle=spindle), path, servoed)
+    wanted = [path.above(0), *(pose for _, pose in path.travel()), path.above(path.last)]
+    planned = np.linalg.inv(world.T_base_home) @ np.array(wanted)
+    over = np.array(world.over)
+    assert over[:, :3, 3] == pytest.approx(planned[:, :3, 3], abs=1e-9)
+    assert over[:, :3, 2] == pytest.approx(planned[:, :3, 2], abs=1e-9)
+    turns = Rotation.from_matrix(np.array(world.flanges)[:, :3, :3])
+    assert (turns[0].inv() * turns).magnitude().max() < 1e-9
+    assert np.ptp(np.array(world.flanges)[:, 1, 3]) < 1e-9  # it stays in the burr's meridian
+    assert spindle.said == ["start", "stop"]
+    assert world.table.T_base_plate == pytest.approx(world.T_base_home)
+
+
+def test_a_path_along_an_edge_goes_where_looks_at_its_ends_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The arm takes the table's axis for 0.8 mm beside its place: the ends are off by that times the turn."""
+    world = Still()
+    path, servoed = _around(world, half_deg=15.0, axial=False)
+    off = np.array([0.3, -0.8, 0.5])
+    station = world.station()
+
+    def seen(_outcome: object, T_camera_expected: Floats, *, gate_mm: float) -> Floats:
+        assert gate_mm > 0.5
+        told = np.linalg.inv(world.T_base_home) @ world.table.T_base_plate  # about the axis as it is told
+        about = np.eye(4)
+        about[:3, 3] = off
+        really = about @ told @ np.linalg.inv(about)
+        moved = world.T_base_home @ really @ np.linalg.inv(told) @ np.linalg.inv(world.T_base_home)
+        camera = world.flanges[-1]
+        return np.asarray(np.linalg.inv(camera) @ moved @ camera @ T_camera_expected, float)
+
+    monkeypatch.setattr(feed_module, "run", lambda *_: None)
+    monkeypatch.setattr(feed_module, "edge_now", seen)
+    bent = along_its_edge(station, path, servoed)
+    shift = bent.stations[:, :3, 3] - path.stations[:, :3, 3]
+    angle = np.radians(np.linspace(-15.0, 15.0, 9))
+    for turn, by, pose in zip(angle, shift, path.stations, strict=True):
+        # the part, turned back about an axis that is off by (0.3, -0.8), lies so much elsewhere
+        back = Rotation.from_euler("z", -turn).as_matrix()
+        there = Rotation.from_euler("z", turn).as_matrix() @ (off - back @ off)
+        wanted = pose[:3, :3].T @ there
+        assert (pose[:3, :3].T @ by)[1:] == pytest.approx(wanted[1:], abs=0.004)
+    assert np.abs(shift[4]).max() < 1e-9
+    assert np.abs(shift[[0, -1]]).max() > 0.1
+    assert len(world.flanges) == 2
+    assert world.table.T_base_plate == pytest.approx(world.T_base_home)
+    monkeypatch.setattr(feed_module, "edge_now", lambda *_, **__: None)
+    with pytest.raises(InputError, match=r"edge .* not seen"):
+        along_its_edge(station, path, servoed)
+
+
+def test_along_the_generatrix_the_table_stays() -> None:
+    world = Still()
+    path, servoed = _around(world, half_deg=0.0, axial=False)
+    upright = np.array(path.stations)
+    upright[:, :3, :2] = np.stack([upright[:, :3, 1], -upright[:, :3, 0]], axis=2)  # its feed is upwards
+    upright[:, 2, 3] += np.arange(9.0)
+    assert servoed.burr is not None
+    along = replace(servoed, burr=replace(servoed.burr, T_mesh_burr=upright[4]))
+    there = replace(path, stations=upright)
+    assert along_its_edge(world.station(), there, along) is there
+    mill(replace(world.station(), spindle=Spindle()), there, along)
+    assert not world.table.asked
+    assert len(world.flanges) == 2 * 9 + 2
+
+
+def test_the_place_of_a_burr_around_the_axis_is_as_wide_as_its_arc_is_deep(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world = Milled(5)
+    servoed = _servoed(world)
+    straight = _verified(world, servoed, monkeypatch).site.half_mm
+    outcome = world.scan(None, None)
+    glance = replace(servoed.glances[-1], outcome=outcome)
+    assert servoed.burr is not None
+    same = _verified(world, replace(servoed, glances=(glance,)), monkeypatch).site.half_mm
+    assert same == pytest.approx(straight, abs=1e-3)  # it lies along the axis
+    pose = np.array(servoed.burr.T_mesh_burr)
+    pose[:3, :2] = np.stack([pose[:3, 1], -pose[:3, 0]], axis=1)
+    around = replace(servoed, burr=replace(servoed.burr, T_mesh_burr=pose), glances=(glance,))
+    wide = _verified(world, around, monkeypatch).site.half_mm
+    deep = servoed.burr.length_mm.value**2 / (8.0 * RADIUS_MM)
+    assert wide[1] - straight[1] == pytest.approx(deep, rel=0.02)
+
+
+@pytest.mark.parametrize("without", ["spindle", "burr"])
+def test_nothing_is_milled_without_a_spindle_or_a_burr(without: str) -> None:
+    world = Still()
+    path, servoed = _around(world, half_deg=5.0, axial=True)
+    station = world.station() if without == "spindle" else replace(world.station(), spindle=Spindle())
+    reached = servoed if without == "spindle" else Servoed(False, "4 looks leave 0.2 mm", (), None)
+    with pytest.raises(InputError, match="no spindle" if without == "spindle" else "4 looks leave"):
+        mill(station, path, reached)
+    assert not world.flanges

@@ -245,3 +245,28 @@ def test_the_mill_stands_upright_on_a_curve_with_noise() -> None:
         lean_deg.append(np.degrees(np.arccos(np.clip((out * radial).sum(axis=1), -1.0, 1.0))))
     # the best line through eight nodes half a millimetre apart leans by 0.10 degrees, one segment by 1.1
     assert np.sqrt(np.mean(np.square(lean_deg))) < 0.125
+
+
+@pytest.mark.parametrize("axial", [True, False])
+def test_on_an_edge_the_mill_lies_on_the_face_of_the_burrs_pose(*, axial: bool) -> None:
+    """Flat on the end face or on the round side, whatever the curve does at its corner (0.07 mm over it)."""
+    side = np.stack([np.linspace(0.0, 39.5, 80), np.full(80, RADIUS_MM)], axis=1)
+    face = np.stack([np.full(40, 40.0), np.linspace(RADIUS_MM - 0.5, 60.0, 40)], axis=1)
+    z, r = np.concatenate([side, [[40.05, RADIUS_MM + 0.05]], face]).T
+    line = Generatrix(z, r, np.full(len(z), 0.005), np.zeros(len(z)))
+    pose = np.eye(4)
+    up = [0.0, 0.0, 1.0] if axial else [1.0, 0.0, 0.0]
+    pose[:3, :3] = np.stack([[0.0, 1.0, 0.0], np.cross(up, [0.0, 1.0, 0.0]), up], axis=1)
+    pose[:3, 3] = RADIUS_MM, 0.0, 40.0
+    there = replace(burr(0.0, length_mm=30.0), T_mesh_burr=pose)
+    path = tool_path(there, axis=axis(), generatrix=line, radius_mm=2.0)
+    tips, out = path.stations[:, :3, 3], path.stations[:, :3, 2]
+    radius = np.hypot(tips[:, 0], tips[:, 1])
+    assert path.covered == 1.0
+    if axial:
+        assert tips[:, 2] == pytest.approx(np.full(len(tips), 40.0), abs=1e-9)
+        assert out == pytest.approx(np.tile([0.0, 0.0, 1.0], (len(out), 1)))
+    else:
+        assert radius == pytest.approx(np.full(len(tips), RADIUS_MM), abs=1e-9)
+        assert (out * tips)[:, :2].sum(axis=1) == pytest.approx(radius)
+    assert np.ptp(np.arctan2(tips[:, 1], tips[:, 0])) * RADIUS_MM == pytest.approx(32.0, abs=0.1)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,10 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from bench.reproduction.servoing import stated_burr
 from burrscan.arrays import Floats, Ints32
 from burrscan.cell.choices import arm_poses
+from burrscan.cell.feed import along_its_edge, mill
 from burrscan.cell.positioner import OutOfReachError, PositionerSheet
+from burrscan.cell.removal import path_of
+from burrscan.cell.servo import servo
 from burrscan.cell.station import Stand, go, turned
+from burrscan.inspection import Value
 from scenes.cell.errors import AttainedPoses, motion
 from scenes.cell.milling import milled
 from scenes.cell.spec import CellSpec, MillSpec
@@ -22,7 +29,7 @@ from scenes.cell.truth import Left, left_of, tool_over
 from scenes.cell.workcell import SimulatedCell
 from scenes.pose import pose_of
 from scenes.scene import scene_from
-from scenes.wheel import AxialRidge, Cut, Wheel, WheelSpec, build_wheel, deviation_mm
+from scenes.wheel import AxialRidge, Cut, RimBurr, Wheel, WheelSpec, build_wheel, deviation_mm
 
 _DRUM = WheelSpec("drum", ((0.0, 0.0), (0.0, 40.0), (20.0, 40.0), (20.0, 0.0)))
 _RIDGE = AxialRidge(angle_deg=20.0, height_mm=0.8, width_mm=1.5, z_start_mm=5.0, z_end_mm=15.0)
@@ -211,6 +218,23 @@ def test_the_middle_of_a_plain_ridge_is_its_angle_wherever_the_mill_stands(
         assert tool_over(pose, wheel, 0)[0] == pytest.approx(0.0, abs=0.001)
 
 
+@pytest.mark.parametrize("fillet_mm", [0.0, 0.6])
+@pytest.mark.parametrize("direction", ["axial", "radial"])
+def test_over_a_rim_across_counts_from_where_its_faces_meet(
+    fillet_mm: float, direction: Literal["axial", "radial"]
+) -> None:
+    corner = (20.0, 40.0, fillet_mm) if fillet_mm else (20.0, 40.0)
+    drum = WheelSpec("drum", ((0.0, 0.0), (0.0, 40.0), corner, (20.0, 0.0)))
+    rim = RimBurr(angle_deg=30.0, arc_deg=20.0, height_mm=0.6, width_mm=0.8, edge=2, direction=direction)
+    wheel = build_wheel(drum, [rim])
+    pose, angle = np.eye(4), np.radians(33.0)
+    z, r = (28.0, 40.3) if direction == "axial" else (20.3, 48.0)
+    pose[:3, 3] = r * np.cos(angle), r * np.sin(angle), z
+    across, normal = tool_over(pose, wheel, 0)
+    assert abs(across) == pytest.approx(0.3, abs=1e-3)
+    assert normal == pytest.approx(8.0, abs=1e-3)
+
+
 def test_a_curled_burrs_middle_is_that_of_its_outline() -> None:
     rolled = replace(_RIDGE, section="rolled")
     wheel = build_wheel(_DRUM, [rolled])
@@ -227,3 +251,42 @@ def test_the_ideal_surface_is_what_truth_counts_from() -> None:
     wheel = build_wheel(_DRUM, [_RIDGE], milled=[_over(0.3)])
     off = deviation_mm(wheel.vertices_mm, wheel.generatrix_zr_mm)
     assert off.max() == pytest.approx(0.3, abs=0.004)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("direction", ["axial", "radial"])
+def test_a_burr_on_an_edge_is_reached_and_milled_off(
+    direction: Literal["axial", "radial"], tmp_path: Path
+) -> None:
+    """The whole way with rendered looks, of a part that was moved: the arm scatters by 0.04 mm a move."""
+    wheel = tmp_path / "drum.toml"
+    wheel.write_text(
+        'name = "drum"\ngeneratrix = [[-30.0, 15.0], [-30.0, 45.0], [25.0, 45.0, 0.3], [25.0, 15.0]]\n'
+    )
+    rim = {"kind": "rim", "angle_deg": 30.0, "arc_deg": 25.0, "height_mm": 0.8, "width_mm": 0.9, "edge": 2}
+    document = {
+        "wheel": str(wheel), "rig": {"scale": 0.5}, "finish": "matte",
+        "burr": [{**rim, "direction": direction}],
+    }  # fmt: skip
+    cell = SimulatedCell(scene_from(document, source="here"), CellSpec(), identity=(5,))
+    station, truth = cell.station(), cell.wheel.burrs[0]
+    angle, (z, r) = np.radians(30.0), (25.0, 45.0)
+    radial, around = np.array([np.cos(angle), np.sin(angle), 0.0]), [-np.sin(angle), np.cos(angle), 0.0]
+    up = np.array([0.0, 0.0, 1.0]) if direction == "axial" else radial
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([around, np.cross(up, around), up], axis=1)
+    pose[:3, 3] = r * radial + [0.0, 0.0, z]
+    known = replace(
+        stated_burr(truth, pose), height_mm=Value(1.0, 0.3), width_mm=Value(1.5, 0.5), side="protrusion"
+    )
+    where = cell.T_plate_part @ pose
+    cell.disturb()
+    reached = servo(station, known, where)
+    assert reached.converged, reached.why
+    across, normal = tool_over(cell.T_part_tool, cell.wheel, 0)
+    assert max(abs(across), abs(normal - reached.glances[-1].height_mm)) < 0.08
+    path = along_its_edge(station, path_of(station, reached, radius_mm=2.0), reached)
+    mill(station, path, reached)
+    left = left_of(cell.seen().truth.wheel, cell.wheel, truth)
+    assert left.residual_mm < 0.1
+    assert left.gouge_mm < 0.1
