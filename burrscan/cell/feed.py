@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from burrscan.arrays import Floats
+from burrscan.axis.basis import T_part_mesh
 from burrscan.burrs.pose import share_around
 from burrscan.cell.look import of_several
 from burrscan.cell.servo import Servoed
@@ -38,20 +39,27 @@ class _Feed:
         self._station, self.height_mm = station, last.height_mm
         self._stood = (last.T_base_camera @ station.T_camera_tool)[:3, 0]
         self._T_base_plate = turned(station.T_base_plate, servoed.turn_deg)
-        self._middle = 0.0
-        self._middle = self.along_rad(servoed.T_base_mesh @ burr.T_mesh_burr)
-        self.around = share_around(burr, last.outcome.inspection.axis) > np.sqrt(0.5)
+        axis = last.outcome.inspection.axis
+        self.around = share_around(burr, axis) > np.sqrt(0.5)
+        self._T_part_base = T_part_mesh(axis.point_mm, axis.direction) @ np.linalg.inv(servoed.T_base_mesh)
+        self._T_part_burr = self._T_part_base @ servoed.T_base_mesh @ burr.T_mesh_burr
 
-    def along_rad(self, T_base_tool: Floats) -> float:
-        """Angle of a place about the table's axis, from the burr's middle."""
-        x, y = (np.linalg.inv(self._T_base_plate) @ T_base_tool[:, 3])[:2]
-        return float(turn_rad(np.arctan2(y, x) - self._middle))
+    def along_deg(self, T_base_tool: Floats) -> float:
+        """Angle of a place about the part's axis, from the burr's middle."""
+        x, y = (self._T_part_base @ T_base_tool[:, 3])[:2]
+        middle = np.arctan2(self._T_part_burr[1, 3], self._T_part_burr[0, 3])
+        return float(np.degrees(turn_rad(np.arctan2(y, x) - middle)))
+
+    def on_edge(self, along_deg: float) -> Floats:
+        """(4, 4) a place on the burr's edge, or its parallel, in the base frame."""
+        about = turned(np.eye(4), along_deg)
+        return np.asarray(np.linalg.inv(self._T_part_base) @ about @ self._T_part_burr, float)
 
     def go(self, T_base_tool: Floats) -> tuple[Floats, Floats]:
         """Stand there: (4, 4) where that is now that the table was turned, and the camera, as reported."""
         if self.around:
-            back_deg = -float(np.degrees(self.along_rad(T_base_tool)))
-            now = self._station.table.move(turned(self._T_base_plate, back_deg))
+            sense = np.sign((self._T_part_base @ self._T_base_plate)[2, 2])  # part and table: either way up
+            now = self._station.table.move(turned(self._T_base_plate, -sense * self.along_deg(T_base_tool)))
             T_base_tool = now @ np.linalg.inv(self._T_base_plate) @ T_base_tool
         turn = np.arctan2(T_base_tool[:3, 1] @ self._stood, T_base_tool[:3, 0] @ self._stood)
         flange = turned(T_base_tool, float(np.degrees(turn))) @ np.linalg.inv(self._station.T_flange_tool)
@@ -103,7 +111,7 @@ def along_its_edge(
 ) -> ToolPath:
     """The path of a burr that goes around the axis, bent to where looks at both of its ends see its edge.
 
-    Of any other burr the path as it is. It is moved by a parabola in the angle about the table's axis, by
+    Of any other burr the path as it is. It is moved by a parabola in the angle about the part's axis, by
     nothing in the middle, which the servo has reached.
 
     Raises
@@ -117,11 +125,10 @@ def along_its_edge(
     feed = _Feed(station, servoed)
     if not feed.around:
         return path
-    along = np.array([feed.along_rad(station) for station in path.stations])
-    ends = [int(np.argmin(along)), int(np.argmax(along))]
-    off = np.array([_off_edge(station, feed, path.stations[end], pipeline) for end in ends])
+    along = np.array([feed.along_deg(pose) for pose in path.stations])
+    start, stop = float(along.min()), float(along.max())
+    off = np.array([_off_edge(station, feed, feed.on_edge(end), pipeline) for end in (start, stop)])
     feed.end()
-    start, stop = along[ends]
     bend = np.linalg.solve([[start, start**2], [stop, stop**2]], off)
     moved = np.stack([along, along**2], axis=1) @ bend
     stations = np.array(path.stations)
@@ -130,7 +137,7 @@ def along_its_edge(
 
 
 def _off_edge(station: Station, feed: _Feed, T_base_tool: Floats, pipeline: Pipeline | None) -> Floats:
-    """(2,) how far the edge is from a station of its path, mm: across, and along the normal."""
+    """(2,) how far the edge is from where it is expected, mm: across, and along the normal."""
     there, camera = feed.go(lift(T_base_tool, feed.height_mm))
     expected = np.linalg.inv(camera) @ lift(there, -feed.height_mm)
     seen = edge_now(run(station.scanner, of_several(pipeline)), expected, gate_mm=_GATE_MM)

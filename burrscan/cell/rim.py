@@ -30,6 +30,8 @@ _APART_MM = 0.5
 """Off one another, along the normal, two places are of two faces: a step's two treads are no face."""
 _SHORTEST_MM = 1.0
 """Of a face that is one."""
+_MEETS_MM = 1.5
+"""From where two faces would meet to the curve: a rounding of 3.6 mm is as far from its corner."""
 _LINES = 3
 """Rounds in which what is rounded is left out of a face's line: a curve stands 0.07 mm over a sharp edge."""
 _FLAT_MM = 0.02
@@ -53,12 +55,8 @@ _STANDS_OUT = 4.0
 are compared."""
 _ALONG_MM = 0.25
 """Between stretches along the edge."""
-_GATE_SIGMAS = 3.0
-"""How far a burr may be is so many standard deviations of where it is expected."""
-_CLEARLY, _OVERRUN_MM = 2.0, 1.0
-"""Standard deviations within which stretches are as good as the best, and how far a burr must be to be moved:
-where its few points seem to end changes by a millimetre from look to look, and with it the normal of a
-round face. So far the mill goes on behind its ends."""
+_CLEARLY = 2.0
+"""Standard deviations within which stretches are as good as the best."""
 
 
 class Face(NamedTuple):
@@ -86,22 +84,26 @@ def edge_near(line: Polyline, generatrix: Generatrix, place_mm: Floats, *, withi
 
     O(its length).
     """
-    faces = _faces(line, generatrix, place_mm, within_mm)
-    edges = [
-        Edge(_met(one, other), (one, other)) for one, other in combinations(faces, 2) if _convex(one, other)
-    ]
-    edges = [edge for edge in edges if np.linalg.norm(edge.at_mm - place_mm) <= within_mm]
-    return min(edges, key=lambda edge: float(np.linalg.norm(edge.at_mm - place_mm)), default=None)
-
-
-def _faces(line: Polyline, generatrix: Generatrix, place_mm: Floats, within_mm: float) -> list[Face]:
-    """The straight faces about a place, the longest first."""
     ends = np.cumsum(line.lengths_mm)
     along = np.arange(0.5 * _STEP_MM, ends[-1], _STEP_MM)
     segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
     at = line.places_mm(segment, 1.0 - (ends[segment] - along) / line.lengths_mm[segment])
     near = np.linalg.norm(at - place_mm, axis=1) <= _AROUND_MM + within_mm
-    at, normals = at[near], line.normals[segment[near]]
+    at, faces = at[near], _faces(at[near], line.normals[segment[near]], generatrix)
+    edges = [
+        Edge(_met(one, other), (one, other)) for one, other in combinations(faces, 2) if _convex(one, other)
+    ]
+    edges = [
+        edge
+        for edge in edges
+        if np.linalg.norm(edge.at_mm - place_mm) <= within_mm
+        and np.linalg.norm(edge.at_mm - at, axis=1).min() <= _MEETS_MM
+    ]
+    return min(edges, key=lambda edge: float(np.linalg.norm(edge.at_mm - place_mm)), default=None)
+
+
+def _faces(at: Floats, normals: Floats, generatrix: Generatrix) -> list[Face]:
+    """The straight faces among places of a curve (N, 2), the longest first."""
     level = (at * normals).sum(axis=1)
     alike = (normals @ normals.T > _ALIKE) & (np.abs(normals @ at.T - level[:, None]) < _APART_MM)
     left, faces = np.ones(len(at), np.bool_), []
@@ -142,11 +144,8 @@ def _met(one: Face, other: Face) -> Floats:
 
 def _convex(one: Face, other: Face) -> bool:
     """Whether two faces meet in an edge of the part, not in a corner of it: each lies under the other."""
-    if one.normal @ other.normal > _TURNS or one.normal @ other.normal < -_TURNS:
-        return False
-    return bool(
-        (other.at_mm - one.at_mm) @ one.normal < 0.0 and (one.at_mm - other.at_mm) @ other.normal < 0.0
-    )
+    turns = abs(float(one.normal @ other.normal)) < _TURNS
+    return turns and bool((other.at_mm - one.at_mm) @ one.normal < 0.0)
 
 
 def standing(
@@ -260,9 +259,7 @@ def along_edge(
     gain = np.where(hits * rest > more * count, gain, 0.0)
     if not gain.max() > _STANDS_OUT**2:
         return None
-    likely = gain - (_GATE_SIGMAS * steps / gate_mm) ** 2
-    along = float(min(steps[likely >= likely.max() - _CLEARLY**2], key=abs))
-    return along if abs(along) > _OVERRUN_MM else 0.0
+    return float(min(steps[gain >= gain.max() - _CLEARLY**2], key=abs))
 
 
 def _told(hits: Ints, count: Ints) -> Floats:

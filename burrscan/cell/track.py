@@ -46,6 +46,10 @@ _ROUNDS = 3
 """Of the fit; from one to the next its noise is known better."""
 _SYMMETRIC = 0.03
 """Largest share of the flanks' tilt in the rays' plane (10 degrees) for which both look alike."""
+_NOT_YET_MM = 3.0
+"""What may be farther off has not been found yet. Along an edge a burr is moved then only: where its few
+points seem to end changes by a millimetre from look to look, and with it the normal of a round face, and the
+mill goes on for as much behind its ends."""
 
 
 @dataclass(frozen=True)
@@ -180,6 +184,7 @@ def _over_edge(outcome: Outcome, burr: Burr, T_camera_burr: Floats, *, gate_mm: 
     )
     if along is None:
         return None
+    along = along if gate_mm > _NOT_YET_MM else 0.0
     pose = np.linalg.inv(T_part_camera) @ pose_over(edge, face, expected, along_mm=along)
     return Tracked(replace(burr, T_mesh_burr=np.asarray(pose, float)), edge.sigma_mm)
 

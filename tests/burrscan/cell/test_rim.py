@@ -54,12 +54,25 @@ def test_an_edge_is_where_its_faces_meet_rounded_or_not(near_mm: list[float]) ->
     assert (normals.sum(axis=0) > 0.9).all()  # out of the part
 
 
+def test_a_curve_that_stands_over_its_edge_tells_it_as_well() -> None:
+    """By 0.07 mm over its last 0.7 mm, as one that was fitted around a sharp edge does."""
+    line = curve(noise_mm=0.005)
+    over = np.clip((line.z_mm - (_TOP_MM - 1.1)) / 0.7, 0.0, 1.0) * (line.r_mm > _RADIUS_MM - 0.05)
+    line = replace(line, r_mm=line.r_mm + 0.07 * over)
+    found = edge_near(polyline_of(line), line, np.array([_TOP_MM, _RADIUS_MM]), within_mm=3.0)
+    assert found is not None
+    assert found.at_mm == pytest.approx([_TOP_MM, _RADIUS_MM], abs=0.01)
+
+
 def test_the_nearer_of_two_edges_is_taken_and_no_corner() -> None:
     hub = edge_of([38.0, 31.0])
     assert hub is not None
     assert hub.at_mm == pytest.approx([_TOP_MM + 4.0, 30.0], abs=0.01)
     assert edge_of([34.0, 31.0], within_mm=3.0) is None  # face and hub meet there, in a corner
     assert edge_of([10.0, 45.0]) is None  # a side without an edge
+    apart = edge_of([38.5, 42.0], within_mm=7.5)  # the hub's end and the side would meet nearer, at 39, 45
+    assert apart is not None
+    assert apart.at_mm == pytest.approx([_TOP_MM, _RADIUS_MM], abs=0.01)
 
 
 def points_of(
@@ -156,15 +169,31 @@ def test_a_burr_is_found_along_its_edge_of_which_a_third_is_measured(by_mm: floa
         assert shifted(rng, by_mm, seen=0.3) == pytest.approx(by_mm, abs=1.5)
 
 
-def test_by_less_than_a_millimetre_it_is_not_moved_and_where_nothing_stands_it_is_not_found() -> None:
+def test_of_stretches_that_are_as_good_the_nearest_is_taken_and_of_nothing_none() -> None:
     rng = np.random.default_rng(3)
-    assert [shifted(rng, 0.3, seen=0.1) for _ in range(5)] == [0.0] * 5
+    moved = [shifted(rng, 1.0, seen=0.02) for _ in range(20)]
+    assert np.mean([one is not None and 0.0 <= one <= 1.5 for one in moved]) > 0.8
+    assert np.mean([one == 0.0 for one in moved]) > 0.4
     assert [shifted(rng, 0.0, seen=0.0) for _ in range(5)] == [None] * 5
 
 
-def look_at(rng: np.random.Generator, by_mm: Floats) -> Tracked | None:
+def test_where_less_stands_out_than_elsewhere_there_is_no_burr() -> None:
+    points, deviation = points_of(np.random.default_rng(8), at_deg=20.0, arc_mm=16.0, direction="axial")
+    found = edge_of([_TOP_MM, _RADIUS_MM])
+    assert found is not None
+    sigma = np.full(len(points), _NOISE_MM)
+    at = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+    rough = np.where((np.abs(at - 20.0) > 15.0) & (np.arange(len(points)) % 50 == 0), 0.5, 0.0)
+    bare = np.where(np.abs(at - 20.0) < 12.0, 0.0, deviation) + rough
+    pose = rim(20.0, [1.0, 0.0])
+    assert along_edge(found, pose, points, bare, sigma, high_mm=0.8, half_mm=8.0, gate_mm=2.0) is None
+
+
+def look_at(
+    rng: np.random.Generator, by_mm: Floats, *, at_deg: float = 20.0, gate_mm: float = 3.0
+) -> Tracked | None:
     """The rim as a look finds it whose part, seen in its own frame, was moved by (z, r) mm."""
-    points, _ = points_of(rng, at_deg=20.0, arc_mm=16.0, direction="axial", seen=0.3)
+    points, _ = points_of(rng, at_deg=at_deg, arc_mm=16.0, direction="axial", seen=0.3)
     line, centre = curve(noise_mm=0.003), axis()
     line = replace(line, z_mm=line.z_mm + by_mm[0], r_mm=line.r_mm + by_mm[1])
     out = points[:, :2] / np.hypot(points[:, 0], points[:, 1])[:, None]
@@ -177,7 +206,7 @@ def look_at(rng: np.random.Generator, by_mm: Floats) -> Tracked | None:
         burr(20.0), T_mesh_burr=rim(20.0, [1.0, 0.0]), height_mm=Value(0.8, 0.1), length_mm=Value(16.0, 0.5)
     )
     rig = cast(Rig, SimpleNamespace())
-    return tracked(outcome, wanted, wanted.T_mesh_burr, rig=rig, gate_mm=3.0, pixel_mm=0.4)
+    return tracked(outcome, wanted, wanted.T_mesh_burr, rig=rig, gate_mm=gate_mm, pixel_mm=0.4)
 
 
 @pytest.mark.parametrize("by_mm", [[0.0, 0.0], [1.5, -0.7]])
@@ -192,3 +221,13 @@ def test_a_look_finds_the_edge_where_it_is_to_hundredths(by_mm: list[float]) -> 
 
 def test_beyond_the_gate_there_is_no_edge() -> None:
     assert look_at(np.random.default_rng(5), np.array([5.0, 0.0])) is None
+
+
+@pytest.mark.parametrize(("gate_mm", "moved"), [(6.0, True), (2.0, False)])
+def test_along_its_edge_a_burr_is_moved_when_it_is_first_found(gate_mm: float, *, moved: bool) -> None:
+    found = look_at(np.random.default_rng(9), np.zeros(2), at_deg=22.0, gate_mm=gate_mm)
+    assert found is not None
+    x, y = found.burr.T_mesh_burr[:2, 3]
+    by_mm = np.radians(2.0) * _RADIUS_MM
+    off_mm = (np.arctan2(y, x) - np.radians(20.0)) * _RADIUS_MM
+    assert off_mm == pytest.approx(by_mm if moved else 0.0, abs=0.8 if moved else 1e-6)
