@@ -37,7 +37,7 @@ _LINES = 3
 _FLAT_MM = 0.02
 """What lies farther off a face's line than this, and than three times the median, is not of it."""
 _UNKNOWN_MM = 0.015
-"""Of an edge's place whatever its faces state: in the last looks at 11 rims the mill was off by 0.015 mm
+"""Of an edge's place whatever its faces state: in the last looks at 12 rims the mill was off by 0.016 mm
 (root mean square) from where the look had it."""
 _HIGH = 0.4
 """Share of the burr's height from which a point stands out: a thin flake is measured at six tenths."""
