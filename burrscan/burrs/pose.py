@@ -42,7 +42,15 @@ def turned_by(burr: Burr, turn_rad: Value, axis: Axis) -> Burr:
 
 
 def pose_on_surface(foot: Floats, normal: Floats, angle: float, direction: Floats, axis: Axis) -> Floats:
-    """T_mesh_burr: origin on the generatrix surface under the burr, x along it, z outwards.
+    """T_mesh_burr: :func:`part_pose` in the frame of the mesh, whose ``axis`` is the part's."""
+    result: Floats = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction)) @ part_pose(
+        foot, normal, angle, direction
+    )
+    return result
+
+
+def part_pose(foot: Floats, normal: Floats, angle: float, direction: Floats) -> Floats:
+    """(4, 4) in the part frame: origin on the generatrix surface under the burr, x along it, z outwards.
 
     Parameters
     ----------
@@ -52,8 +60,6 @@ def pose_on_surface(foot: Floats, normal: Floats, angle: float, direction: Float
         Radians, part frame.
     direction
         (2,) of the burr: around the axis, and along the generatrix.
-    axis
-        The axis of the part frame.
 
     """
     (z, r), (nz, nr) = foot, normal
@@ -65,5 +71,4 @@ def pose_on_surface(foot: Floats, normal: Floats, angle: float, direction: Float
     pose = np.eye(4)
     pose[:3, 0], pose[:3, 1], pose[:3, 2] = along, np.cross(out, along), out
     pose[:3, 3] = r * outward + z * up
-    result: Floats = np.linalg.inv(T_part_mesh(axis.point_mm, axis.direction)) @ pose
-    return result
+    return pose

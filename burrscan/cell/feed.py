@@ -14,7 +14,7 @@ import numpy as np
 
 from burrscan.arrays import Floats
 from burrscan.axis.basis import T_part_mesh
-from burrscan.burrs.pose import share_around
+from burrscan.cell.chart import line_of
 from burrscan.cell.look import of_several
 from burrscan.cell.servo import Servoed
 from burrscan.cell.station import Station, turned
@@ -40,9 +40,9 @@ class _Feed:
         self._stood = (last.T_base_camera @ station.T_camera_tool)[:3, 0]
         self._T_base_plate = turned(station.T_base_plate, servoed.turn_deg)
         axis = last.outcome.inspection.axis
-        self.around = share_around(burr, axis) > np.sqrt(0.5)
         self._T_part_base = T_part_mesh(axis.point_mm, axis.direction) @ np.linalg.inv(servoed.T_base_mesh)
         self._T_part_burr = self._T_part_base @ servoed.T_base_mesh @ burr.T_mesh_burr
+        self.around = bool(line_of(self._T_part_burr))
 
     def along_deg(self, T_base_tool: Floats) -> float:
         """Angle of a place about the part's axis, from the burr's middle."""
@@ -127,8 +127,10 @@ def along_its_edge(
         return path
     along = np.array([feed.along_deg(pose) for pose in path.stations])
     start, stop = float(along.min()), float(along.max())
-    off = np.array([_off_edge(station, feed, feed.on_edge(end), pipeline) for end in (start, stop)])
-    feed.end()
+    try:
+        off = np.array([_off_edge(station, feed, feed.on_edge(end), pipeline) for end in (start, stop)])
+    finally:
+        feed.end()
     bend = np.linalg.solve([[start, start**2], [stop, stop**2]], off)
     moved = np.stack([along, along**2], axis=1) @ bend
     stations = np.array(path.stations)

@@ -14,8 +14,10 @@ import numpy as np
 from scipy.special import xlogy
 
 from burrscan.arrays import Bools, Floats, Ints
+from burrscan.burrs.edges import SHARP
+from burrscan.burrs.pose import part_pose
 from burrscan.cell.chart import beside
-from burrscan.generatrix.polyline import Polyline, polyline_of
+from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Generatrix
 
 _AROUND_MM = 6.0
@@ -24,8 +26,6 @@ _STEP_MM = 0.1
 """Between places of the curve that are counted, so that long segments count as long."""
 _ALIKE = np.cos(np.radians(10.0))
 """Normals within this are of one face."""
-_TURNS = np.cos(np.radians(20.0))
-"""Faces whose normals differ by less make no edge (:data:`burrscan.burrs.edges.SHARP`)."""
 _APART_MM = 0.5
 """Off one another, along the normal, two places are of two faces: a step's two treads are no face."""
 _SHORTEST_MM = 1.0
@@ -79,15 +79,13 @@ class Edge(NamedTuple):
         return float(np.linalg.norm([self.faces[0].sigma_mm, self.faces[1].sigma_mm, _UNKNOWN_MM]))
 
 
-def edge_near(line: Polyline, generatrix: Generatrix, place_mm: Floats, *, within_mm: float) -> Edge | None:
-    """The convex edge of the curve that is nearest to a place (z, r); None where there is none near.
+def edge_near(generatrix: Generatrix, place_mm: Floats, *, within_mm: float) -> Edge | None:
+    """The convex edge of a curve that is nearest to a place (z, r); None where there is none near.
 
     O(its length).
     """
-    ends = np.cumsum(line.lengths_mm)
-    along = np.arange(0.5 * _STEP_MM, ends[-1], _STEP_MM)
-    segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
-    at = line.places_mm(segment, 1.0 - (ends[segment] - along) / line.lengths_mm[segment])
+    line = polyline_of(generatrix)
+    at, segment = line.every(_STEP_MM)
     near = np.linalg.norm(at - place_mm, axis=1) <= _AROUND_MM + within_mm
     at, faces = at[near], _faces(at[near], line.normals[segment[near]], generatrix)
     edges = [
@@ -144,7 +142,7 @@ def _met(one: Face, other: Face) -> Floats:
 
 def _convex(one: Face, other: Face) -> bool:
     """Whether two faces meet in an edge of the part, not in a corner of it: each lies under the other."""
-    turns = abs(float(one.normal @ other.normal)) < _TURNS
+    turns = abs(float(one.normal @ other.normal)) < SHARP
     return turns and bool((other.at_mm - one.at_mm) @ one.normal < 0.0)
 
 
@@ -193,7 +191,7 @@ def on_its_edge(
     Parameters as of :func:`standing`, but for the ``generatrix`` that has the edge.
     """
     place = np.array([T_part_burr[2, 3], np.hypot(*T_part_burr[:2, 3])])
-    edge = edge_near(polyline_of(generatrix), generatrix, place, within_mm=_FROM_EDGE_MM)
+    edge = edge_near(generatrix, place, within_mm=_FROM_EDGE_MM)
     if edge is None:
         return T_part_burr
     face = standing(edge, T_part_burr, points_mm, deviation_mm, high_mm=high_mm, half_mm=half_mm)
@@ -205,19 +203,10 @@ def pose_over(edge: Edge, face: Face, T_part_burr: Floats, *, along_mm: float = 
 
     ``along_mm`` is the way from the burr's place along x.
     """
-    (nz, nr), (z, r) = face.normal, edge.at_mm
     x, y = T_part_burr[:2, 3]
     sense = float(np.sign(T_part_burr[:3, 0] @ [-y, x, 0.0])) or 1.0
-    angle = float(np.arctan2(y, x)) + sense * along_mm / r
-    radial, around = (
-        np.array([np.cos(angle), np.sin(angle), 0.0]),
-        np.array([-np.sin(angle), np.cos(angle), 0.0]),
-    )
-    normal, along = nr * radial + np.array([0.0, 0.0, nz]), sense * around
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([along, np.cross(normal, along), normal], axis=1)
-    pose[:3, 3] = r * radial + np.array([0.0, 0.0, z])
-    return pose
+    angle = float(np.arctan2(y, x)) + sense * along_mm / float(edge.at_mm[1])
+    return part_pose(edge.at_mm, face.normal, angle, np.array([sense, 0.0]))
 
 
 def along_edge(

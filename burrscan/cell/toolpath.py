@@ -338,10 +338,7 @@ def _levelled(line: Polyline, foot: Foot, radius_mm: float) -> tuple[Floats, Flo
     The mean normal of the longer of two faces at a corner, by the median; then the line through what lies on
     it, for one segment leans by its noise. O(N), some ten places each.
     """
-    ends = np.cumsum(line.lengths_mm)
-    along = np.arange(0.5 * radius_mm / _PIECES, ends[-1], radius_mm / _PIECES)
-    segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
-    middles = line.places_mm(segment, 1.0 - (ends[segment] - along) / line.lengths_mm[segment])
+    middles, segment = line.every(radius_mm / _PIECES)
     at = line.places_mm(foot.segment, foot.t)
     normals = np.empty_like(at)
     for station, place in enumerate(at):

@@ -158,7 +158,7 @@ def _edge(
     expected = np.asarray(T_part_camera @ T_camera_burr, float)
     x, y, z = expected[:3, 3]
     place, outward = np.array([z, np.hypot(x, y)]), expected[:2, 2] @ [x, y] / np.hypot(x, y)
-    edge = edge_near(polyline_of(generatrix), generatrix, place, within_mm=gate_mm)
+    edge = edge_near(generatrix, place, within_mm=gate_mm)
     if edge is None:
         return None
     face = max(edge.faces, key=lambda one: float(one.normal @ [expected[2, 2], outward]))

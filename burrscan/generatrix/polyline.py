@@ -75,6 +75,13 @@ class Polyline:
         last = self.starts[np.append(ends, len(self.starts) - 1)] + 1
         return list(zip(first.tolist(), last.tolist(), strict=True))
 
+    def every(self, step_mm: float) -> tuple[Floats, Ints]:
+        """(N, 2) places (z, r), so far apart along the curve, and (N,) their segments; gaps are left out."""
+        ends = np.cumsum(self.lengths_mm)
+        along = np.arange(0.5 * step_mm, ends[-1], step_mm)
+        segment = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+        return self.places_mm(segment, 1.0 - (ends[segment] - along) / self.lengths_mm[segment]), segment
+
     def places_mm(self, segment: Ints | Ints32, t: Floats) -> Floats:
         """(N, 2) places (z, r) on segments (N,), t (N,) of the way from start to end."""
         places: Floats = self.nodes_mm[self.starts[segment]] + t[:, None] * self.steps_mm[segment]

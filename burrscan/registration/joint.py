@@ -169,7 +169,7 @@ def _refuse_apart(state: _State, points: list[Floats], sigma: list[Floats], prio
 
 def _refuse_foreign(state: _State, points: list[Floats], sigma: list[Floats]) -> None:
     """Refuse views that are not of the curve that the others share."""
-    for number, row in enumerate(_rows(state, points, sigma, robust=True), 1):
+    for number, row in enumerate(_rows(state, points, sigma, robust=True, shared=False), 1):
         share = float(np.mean(np.abs(row.z) < TUKEY))
         if not share > _LEAST_USED:
             raise InputError(
@@ -264,7 +264,7 @@ def _rms_radius(points: list[Floats], reported: Floats, T_world_part: Floats) ->
 
 
 def _rows(
-    state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool, shared: bool = True
+    state: _State, points: list[Floats], sigma: list[Floats], *, robust: bool, shared: bool
 ) -> list[Rows]:
     curve = curve_at(state.pieces, state.coefficients)
     return [
@@ -395,7 +395,7 @@ def _result(
 ) -> Joint:
     """What was found, with the covariance of the joint normal matrix."""
     count = len(views)
-    rows = _rows(state, points, sigma, robust=False)
+    rows = _rows(state, points, sigma, robust=False, shared=True)
     *_, response = _eliminated(rows, inverses_of(rows, state.pieces.spacing))
     wide = _widened(state, points, sigma, rows, response) / _EFFICIENCY
     rows = [row._replace(sums=row.sums / factor) for row, factor in zip(rows, wide, strict=True)]

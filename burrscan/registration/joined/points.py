@@ -70,7 +70,7 @@ def rows_of(
     limit: float,
     *,
     robust: bool,
-    shared: bool = True,
+    shared: bool,
 ) -> Rows:
     """The rows of (V, 3) points at a pose (4, 4) in the part frame. O(V).
 

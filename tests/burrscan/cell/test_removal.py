@@ -258,6 +258,7 @@ def test_a_path_along_an_edge_goes_where_looks_at_its_ends_see_it(monkeypatch: p
     monkeypatch.setattr(feed_module, "edge_now", lambda *_, **__: None)
     with pytest.raises(InputError, match=r"edge .* not seen"):
         along_its_edge(station, path, servoed)
+    assert world.table.T_base_plate == pytest.approx(world.T_base_home)
 
 
 def test_along_the_generatrix_the_table_stays() -> None:

@@ -14,7 +14,6 @@ from burrscan.axis.basis import T_part_mesh
 from burrscan.cell.rim import Edge, along_edge, edge_near, on_its_edge, pose_over, standing
 from burrscan.cell.track import Tracked, tracked
 from burrscan.generatrix import deviation_mm
-from burrscan.generatrix.polyline import polyline_of
 from burrscan.inspection import Generatrix, Inspection, Value
 from burrscan.pipeline import Outcome
 from burrscan.rig import Rig
@@ -41,7 +40,7 @@ def curve(seed: int = 0, *, noise_mm: float = 0.0) -> Generatrix:
 
 def edge_of(near_mm: list[float], *, within_mm: float = 6.0, noise_mm: float = 0.0) -> Edge | None:
     line = curve(noise_mm=noise_mm)
-    return edge_near(polyline_of(line), line, np.array(near_mm), within_mm=within_mm)
+    return edge_near(line, np.array(near_mm), within_mm=within_mm)
 
 
 @pytest.mark.parametrize("near_mm", [[35.0, 45.0], [32.0, 43.0], [36.0, 48.0]])
@@ -59,7 +58,7 @@ def test_a_curve_that_stands_over_its_edge_tells_it_as_well() -> None:
     line = curve(noise_mm=0.005)
     over = np.clip((line.z_mm - (_TOP_MM - 1.1)) / 0.7, 0.0, 1.0) * (line.r_mm > _RADIUS_MM - 0.05)
     line = replace(line, r_mm=line.r_mm + 0.07 * over)
-    found = edge_near(polyline_of(line), line, np.array([_TOP_MM, _RADIUS_MM]), within_mm=3.0)
+    found = edge_near(line, np.array([_TOP_MM, _RADIUS_MM]), within_mm=3.0)
     assert found is not None
     assert found.at_mm == pytest.approx([_TOP_MM, _RADIUS_MM], abs=0.01)
 
