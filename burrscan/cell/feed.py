@@ -33,15 +33,13 @@ class _Feed:
     """Brings the mill to places over the part as it lay in the servo's last look."""
 
     def __init__(self, station: Station, servoed: Servoed) -> None:
-        burr, last = servoed.burr, servoed.glances[-1] if servoed.glances else None
-        if burr is None or servoed.T_base_mesh is None or last is None or last.outcome is None:
-            raise InputError(f"the mill is not over the burr: {servoed.why}")
+        burr, T_base_mesh, last, inspection = servoed.arrived()
         self._station, self.height_mm = station, last.height_mm
         self._stood = (last.T_base_camera @ station.T_camera_tool)[:3, 0]
         self._T_base_plate = turned(station.T_base_plate, servoed.turn_deg)
-        axis = last.outcome.inspection.axis
-        self._T_part_base = T_part_mesh(axis.point_mm, axis.direction) @ np.linalg.inv(servoed.T_base_mesh)
-        self._T_part_burr = self._T_part_base @ servoed.T_base_mesh @ burr.T_mesh_burr
+        frame = T_part_mesh(inspection.axis.point_mm, inspection.axis.direction)
+        self._T_part_base = frame @ np.linalg.inv(T_base_mesh)
+        self._T_part_burr = frame @ burr.T_mesh_burr
         self.around = bool(line_of(self._T_part_burr))
 
     def along_deg(self, T_base_tool: Floats) -> float:

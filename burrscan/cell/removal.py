@@ -86,18 +86,15 @@ def path_of(station: Station, servoed: Servoed, *, radius_mm: float) -> ToolPath
         When the servo did not converge, or the mill cannot reach the burr.
 
     """
-    last = servoed.glances[-1] if servoed.glances else None
-    if servoed.burr is None or servoed.T_base_mesh is None or last is None or last.outcome is None:
-        raise InputError(f"the mill is not over the burr: {servoed.why}")
-    found = last.outcome.inspection
+    burr, T_base_mesh, _, inspection = servoed.arrived()
     path = tool_path(
-        servoed.burr,
-        axis=found.axis,
-        generatrix=found.generatrix,
+        burr,
+        axis=inspection.axis,
+        generatrix=inspection.generatrix,
         radius_mm=radius_mm,
         scatter_mm=station.plunge_mm,
     )
-    return path.placed(servoed.T_base_mesh)
+    return path.placed(T_base_mesh)
 
 
 def verify(station: Station, servoed: Servoed, *, pipeline: Pipeline | None = None) -> Verified:

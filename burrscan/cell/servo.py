@@ -26,7 +26,7 @@ from burrscan.cell.toolpose import move_tool
 from burrscan.cell.track import Tracked, tracked
 from burrscan.cell.turning import facing_turn, turn_across
 from burrscan.errors import InputError
-from burrscan.inspection import Burr
+from burrscan.inspection import Burr, Inspection
 from burrscan.pipeline import Outcome, Pipeline, run
 
 HEIGHTS_MM = (20.0, 10.0, 8.0, 8.0)
@@ -124,6 +124,15 @@ Finder = Callable[[Floats, float], Finding]
 from there it may be, mm."""
 
 
+class Arrived(NamedTuple):
+    """The burr, where its mesh is, and the last look with what it shows: see :class:`Servoed`."""
+
+    burr: Burr
+    T_base_mesh: Floats
+    last: Glance
+    inspection: Inspection
+
+
 @dataclass(frozen=True)
 class Servoed:
     """How it ended.
@@ -154,6 +163,20 @@ class Servoed:
 
     def __post_init__(self) -> None:
         freeze(self, T_base_mesh=self.T_base_mesh)
+
+    def arrived(self) -> Arrived:
+        """What there is once the mill is over the burr.
+
+        Raises
+        ------
+        InputError
+            When it is not.
+
+        """
+        last = self.glances[-1] if self.glances else None
+        if self.burr is None or self.T_base_mesh is None or last is None or last.outcome is None:
+            raise InputError(f"the mill is not over the burr: {self.why}")
+        return Arrived(self.burr, self.T_base_mesh, last, last.outcome.inspection)
 
 
 def servo(
