@@ -97,7 +97,11 @@ def _corner(one: _End, other: _End) -> _Corner | None:
 
 def _joined(corner: _Corner) -> Floats:
     """One piece of two, by way of their corner, without the nodes that ran beyond it."""
-    one, other = (
-        end.nodes[(end.nodes - corner.at) @ end.tangent < 0.0] for end in (corner.one, corner.other)
-    )
+    one, other = (_up_to(corner.at, end) for end in (corner.one, corner.other))
     return np.concatenate([one, corner.at[None], other[::-1]])
+
+
+def _up_to(at: Floats, end: _End) -> Floats:
+    """A piece's nodes without its last ones that lie beyond a place; what lies there further back stays."""
+    before = np.flatnonzero((end.nodes - at) @ end.tangent < 0.0)
+    return end.nodes[: int(before.max(initial=-1)) + 1]

@@ -62,3 +62,27 @@ def test_the_nearest_corner_comes_first_and_closed_pieces_have_none() -> None:
     ring = np.stack([22.0 + 3.0 * np.cos(turn), 70.0 + 3.0 * np.sin(turn)], axis=1)
     ring[-1] = ring[0]
     assert len(joined(flat, ring)) == 2
+
+
+def test_what_reaches_further_out_elsewhere_stays() -> None:
+    """A hub above a flange lies beyond the line of the flange's other wall, and is no end of it."""
+    hub_and_flange = np.concatenate(
+        [
+            side((-30.0, 90.0), (-10.0, 90.0)),
+            side((-10.0, 89.0), (-10.0, 70.0)),
+            side((-9.0, 70.0), (18.8, 70.0)),
+        ]
+    )
+    (piece,) = joined(hub_and_flange, side((20.0, 71.0), (20.0, 50.0))[::-1])
+    assert len(piece) == len(hub_and_flange) + 1 + 20
+    (other,) = joined(
+        side((0.0, 70.0), (19.0, 70.0)),
+        np.concatenate(
+            [
+                side((20.0, 69.9), (20.0, 50.0)),
+                side((21.0, 50.0), (45.0, 50.0)),
+                side((45.0, 51.0), (45.0, 85.0)),
+            ]
+        ),
+    )
+    assert other[:, 1].max() == 85.0
