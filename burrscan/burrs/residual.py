@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -131,7 +132,7 @@ def burrs_residual(
     if sight is not None:
         view = View(line, sight.rig.centres_mm(T_part_mesh(axis.point_mm, axis.direction)))
     eye = None if view is None or sight is None else Eye(view.at_mm[0], 1.0 / sight.rig.camera.fx)
-    certain = _certain(
+    certain, faint = _certain(
         field, found, axis, false_calls_per_wheel, openings, view=view, eye=eye, widest_mm=widest_mm
     )
     certain = _with_a_curve_around(certain, field, faces)
@@ -152,7 +153,7 @@ def burrs_residual(
         places = [place for place in places if not image(_measured(sight, surface, place))]
         certain = [one._replace(burr=_mirroring(one.burr, shines)) for one in certain]
         places = [one for one in places if not any(around(each.burr, one, surface, axis) for each in certain)]
-        certain, dark = _told_by_light(certain, places, surface, axis)
+        certain, dark = _told_by_light(certain, faint, places, surface, axis)
         dark = [place for place in dark if not place.grazed]
         seen = [called(place, surface, axis) for place in dark]
         if not several_views:
@@ -211,17 +212,21 @@ def _certain(
     view: View | None,
     eye: Eye | None,
     widest_mm: float,
-) -> list[_Certain]:
+) -> tuple[list[_Certain], list[_Certain]]:
     """What is left of the regions when shared errors are counted, without those beside openings.
+
+    And what these errors may be all of, but which has a shape.
 
     ``openings`` is None for a scan, which is judged by its light, and where nicks may be mirror images;
     ``view`` is from where a scan looked, None where nobody knows. What it only grazes is left out, unless an
     edge puts it into the light.
     """
     if not found:
-        return []
+        return [], []
     least = threshold(int((field.count > 0).sum()), false_calls_per_wheel=false_calls_per_wheel)
-    doubt, certain = doubt_of(field), []
+    doubt = doubt_of(field)
+    certain: list[_Certain] = []
+    faint: list[_Certain] = []
     anywhere = "position" in axis.undetermined  # then the border of a face may be its rounding, or a step
     for region, site in _sites(field, found):
         if anywhere and field.border[site.chosen[site.on]].any():
@@ -249,10 +254,10 @@ def _certain(
         shared_mm = noise.shared_mm / float(np.sqrt(_looks(field, crest, burr, along=along)))
         shared_mm = float(np.hypot(shared_mm, waves_mm))
         size = high / float(np.hypot(own_mm, shared_mm))
-        if size > least:
-            sure = _less_sure(burr, share=shared_mm / burr.height_mm.value)
-            certain.append(_Certain(region, sure, size, site.chosen[site.on]))
-    return certain
+        sure = _less_sure(burr, share=shared_mm / burr.height_mm.value)
+        kind = certain if size > least else faint
+        kind.append(_Certain(region, sure, size, site.chosen[site.on]))
+    return certain, faint
 
 
 def _like_waves(field: Field, crest: Ints, burr: Burr) -> bool:
@@ -286,10 +291,11 @@ def _measured(sight: Sight, surface: Unrolled, place: Place) -> Floats:
 
 
 def _told_by_light(
-    certain: list[_Certain], places: list[Place], surface: Unrolled, axis: Axis
+    certain: list[_Certain], faint: list[_Certain], places: list[Place], surface: Unrolled, axis: Axis
 ) -> tuple[list[_Certain], list[Place]]:
     """The burrs less those of another side than the light tells, and places with no burr left.
 
+    Where the light does not tell the side depth does, where it shows it, if only faintly.
     A burr of which depth shows a stump is as the light tells it. The largest place speaks first: what lies
     beside a burr that it confirmed is that burr's mirror image.
     """
@@ -303,11 +309,12 @@ def _told_by_light(
         beside = [one for one, near in zip(open_, here, strict=True) if near]
         side = place.side
         if place.undecided:
-            side = _of_one_mind(beside) or side
+            hints = [one for one in faint if belongs(one.burr, place, surface)]
+            side = _of_one_mind(beside) or _of_one_mind(hints) or side
         same = [one for one in beside if one.burr.sign == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
         if not same:
-            dark.append(place)
+            dark.append(replace(place, hint=side))
         elif side == place.side and share_of(place, [one.burr for one in same], surface) < _STUMP:
             stump = max(same, key=lambda one: one.size)
             confirmed.append(stump._replace(burr=called(place, surface, axis), place=place))

@@ -10,6 +10,10 @@ order, and that is what it is.
 *Lit from aside*: what faces the projector shines, a ridge's near flank or a nick's far wall, and outshines
 what bounced. So most of the light has come directly, and lies where the burr does.
 
+*Crossed*: walls of a nick that mirror each other swap places, so the one towards the projector looks high and
+the other low. Light that bounced between a ridge and the wheel beside it swaps the other way, unless the
+camera stands farther aside than the projector: then it sees the ridge's image in the wheel, on the near side.
+
 Nothing of that needs a model of the metal, and :mod:`burrscan.burrs.light.section`'s is weak there: no shadow
 falls where the camera looks, and walls lit flatly mirror each other more than once.
 """
@@ -39,6 +43,13 @@ told wrong without this, 6 with it, 6 from 25 or 35 degrees on as well."""
 _NEARER_DEG = 8.0
 """By how much the one of the two must stand nearer to the normal. Where both are as far aside there are
 shadows, which the model knows, and what is below lies in them."""
+_CROSSED = 0.0, 0.15
+"""Distance between the middles of high and low, towards the projector over half the place, of a ridge and of a
+nick. Of 239 places that camera and projector face, 66 have both: 37 nicks, all at 0.17 and more, and 29 ridges,
+eleven of them below 0. Lit farther aside than seen, 16 of 17 ridges have 0.12 at most."""
+_FARTHER_DEG = 10.0
+"""By how much the middle between camera and projector must lie on the projector's side until that tells nicks.
+Without it three ridges of those are nicks."""
 _BOTH = 0.15
 """Share of what is off that must lie above, and below, to be in an order. Where less did, of 42 rendered
 places, all 8 that were high are ridges, and 33 of 34 that were low are nicks."""
@@ -62,12 +73,18 @@ class Stand(NamedTuple):
         By how much it counts that it is seen, or lit, from aside: 0 to 1, one of them 0.
     away
         1 or -1: the way across, in angles, that leads away from the camera.
+    towards
+        1 or -1: the way across that leads to the projector.
+    farther
+        By how much it counts that the projector stands farther aside than the camera, 0 to 1.
 
     """
 
     seen: float
     lit: float
     away: float
+    towards: float
+    farther: float
 
 
 def stand(cells: Bools, surface: Unrolled) -> Stand:
@@ -78,7 +95,9 @@ def stand(cells: Bools, surface: Unrolled) -> Stand:
         for at in (surface.camera_mm, surface.projector_mm)
     )
     seen, lit = _share(camera, projector, _SEEN_DEG), _share(projector, camera, _LIT_DEG)
-    return Stand(seen, lit, -1.0 if camera > 0.0 else 1.0)
+    towards = 1.0 if projector > camera else -1.0
+    farther = float(np.clip(0.5 * towards * (camera + projector) / _FARTHER_DEG, 0.0, 1.0))
+    return Stand(seen, lit, -1.0 if camera > 0.0 else 1.0, towards, farther)
 
 
 def aside(cells: Bools, looks: Looks, at: Stand) -> float:
@@ -96,17 +115,18 @@ def aside(cells: Bools, looks: Looks, at: Stand) -> float:
     Returns
     -------
     float
-        From ``-MOST`` (material missing) to ``MOST`` (too much), as a difference of misfits; 0 where neither
-        camera nor projector stands far enough aside, or nothing was measured.
+        From ``-MOST`` (material missing) to ``MOST`` (too much), as a difference of misfits; 0 where nothing was
+        measured, or all of one side from near the normal.
 
     Notes
     -----
     O(cells of the rows).
 
     """
-    if at.seen > 0.0:
-        return MOST * at.seen * _order(_depth(cells, looks), away=at.away)
-    return MOST * at.lit * _sign(_depth(cells, looks)) if at.lit > 0.0 else 0.0
+    depth = _depth(cells, looks)
+    crossed = (1.0 - at.seen) * _crossed(depth, at)
+    one_side = at.seen * _order(depth, away=at.away) if at.seen > 0.0 else at.lit * _sign(depth)
+    return MOST * float(np.clip(one_side + crossed, -1.0, 1.0))
 
 
 def _share(one_deg: float, other_deg: float, between_deg: tuple[float, float]) -> float:
@@ -131,12 +151,32 @@ def _depth(cells: Bools, looks: Looks) -> Floats:
 
 def _order(depth: Floats, *, away: float) -> float:
     """1 where high lies beyond low, -1 the other way round; ``away`` is the way from the camera."""
+    apart = _apart(depth, way=away)
+    if apart is None:
+        return float(np.sign(depth.sum()))
+    return float(np.clip((apart - _MIDDLE) / _CLEAR, -1.0, 1.0))
+
+
+def _crossed(depth: Floats, at: Stand) -> float:
+    """1 where high and low lie as those of a ridge do, -1 as of a nick whose walls mirror each other."""
+    apart = _apart(depth, way=at.towards)
+    if apart is None:
+        return 0.0
+    ridge, nick = _CROSSED
+    nick_like = float(np.clip((apart - ridge) / (nick - ridge), 0.0, 1.0))
+    return 1.0 - nick_like - at.farther * nick_like
+
+
+def _apart(depth: Floats, *, way: float) -> float | None:
+    """How much further ``way`` the middle of what is high lies than that of what is low, over half the place.
+
+    None where nearly all is one of them.
+    """
     high, low = np.clip(depth, 0.0, None), np.clip(-depth, 0.0, None)
     if min(high.sum(), low.sum()) <= _BOTH * (high.sum() + low.sum()):
-        return float(np.sign(depth.sum()))
-    across = away * np.linspace(-1.0, 1.0, len(depth))
-    order = float(high @ across / high.sum() - low @ across / low.sum())
-    return float(np.clip((order - _MIDDLE) / _CLEAR, -1.0, 1.0))
+        return None
+    across = way * np.linspace(-1.0, 1.0, len(depth))
+    return float(high @ across / high.sum() - low @ across / low.sum())
 
 
 def _sign(depth: Floats) -> float:

@@ -7,6 +7,8 @@ every parallel shows that highlight, and the median over them knows nothing of t
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from burrscan.arrays import Bools, Floats
@@ -21,6 +23,9 @@ _SLOW = 5
 """Parameters of what changes slowly with the tilt, which each parallel's own parabolas follow as well."""
 _WIDTHS = np.geomspace(4.0, 40.0, 11)
 """Of highlights, in columns: narrower ones are no wider than burrs, wider ones a parabola follows."""
+_PEAKS = np.geomspace(3.0, 3e5, 6)
+"""How much brighter the top of a highlight is than what is diffuse: with little of it, as on a lens of oxide, the
+highlight ends there, and with none it falls off for ever."""
 _HELD = 1e-9
 """Of each parameter's own curvature: far from any highlight its logarithm is like the polynomial."""
 
@@ -86,8 +91,9 @@ def _fitted(x: Floats, y: Floats, there: Bools) -> tuple[Floats, Floats]:
     first, last = x[there][0], x[there][-1]
     slow = np.vander((2.0 * x - first - last) / (last - first), _SLOW)
     best, least = (np.zeros(len(x)), np.zeros(len(x))), np.inf
-    for width in _WIDTHS:
-        basis = np.column_stack([slow, -np.log1p((x / width) ** 2)])
+    for width, peak in product(_WIDTHS, _PEAKS):
+        # GGX over a diffuse part (Walter et al. 2007), its logarithm as steep as it is
+        basis = np.column_stack([slow, np.log1p(peak / (1.0 + (x / width) ** 2) ** 2)])
         known, weight = basis[there], np.ones(np.count_nonzero(there))
         for _ in range(_PASSES):
             weighted = known * weight[:, None]
