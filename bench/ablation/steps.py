@@ -263,6 +263,9 @@ STEPS: tuple[Step, ...] = (
     Step(
         "stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found, **__: found}
     ),
+    Step(
+        "what is known worse is no measure of contrast", "burrs", {"burrscan.burrs.local_cfar:_ALIKE": np.inf}
+    ),
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
     Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_, **__: 1.0}),
     Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),
@@ -306,6 +309,12 @@ STEPS: tuple[Step, ...] = (
         {f"{_DISTURBED}:cell_sigma": _by_rows},
     ),
     Step("depths that are noise are none", "burrs", {f"{_DISTURBED}:depths_are_noise": lambda *_: False}),
+    Step("glints are no burrs", "burrs", {f"{_DISTURBED}:_is_a_glint": lambda *_, **__: False}),
+    Step(
+        "walls that mirror each other swap places",
+        "burrs",
+        {"burrscan.burrs.light.aside:_crossed": lambda *_: 0.0},
+    ),
     Step("parallels share a highlight", "burrs", {f"{_DISTURBED}:excess_of_lobe": _by_itself}),
     Step(
         "ends that the wheel hides are no edges",

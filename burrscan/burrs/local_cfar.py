@@ -30,8 +30,8 @@ _ROWS, _COLUMNS = 8, 40
 _ONE_FACE = np.cos(np.radians(60.0))
 """Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
 _ALIKE, _FEWEST_ALIKE = 2.0, 20
-"""Stated noise, over an anomaly's, up to which cells are its surroundings, and from how many a quantile is known.
-An end face goes all the way round, and its far side is dark: what that errs by is no measure of the near one."""
+"""Stated noise, over an anomaly's, up to which cells are its surroundings, and from how many a quantile is
+known. An end face goes all the way round; its far side is dark, and no measure of the near one."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
 _CORE = 0.3

@@ -314,7 +314,7 @@ def _told_by_light(
         same = [one for one in beside if one.burr.sign == side]
         open_ = [one for one, near in zip(open_, here, strict=True) if not near]
         if not same:
-            dark.append(replace(place, hint=side))
+            dark.append(place if side == place.side else replace(place, hint=side))
         elif side == place.side and share_of(place, [one.burr for one in same], surface) < _STUMP:
             stump = max(same, key=lambda one: one.size)
             confirmed.append(stump._replace(burr=called(place, surface, axis), place=place))

@@ -70,9 +70,9 @@ _BLIND, _PLAIN = 0.5, 2.0
 what is looked at flatly is lost for other reasons, too. On rendered wheels such places of 0.38 to 0.5 were
 burrs once and six times none; where depth was measured 18 of 21 were burrs."""
 _GRADUAL = 1.0 / 3.0
-"""Largest change of the excess of light from one cell to the next, over its largest, below which a place as wide
-as the widest burr is a glint of light that bounced in a corner. Of 185 places on rendered burrs all such have 0.43
-and more, two glints in grooves 0.26 and 0.29."""
+"""Largest change of the excess of light from one cell to the next, over its largest, below which a place as
+wide as the widest burr is a glint of light that bounced in a corner. Of 185 places on rendered burrs all such
+have 0.43 and more, two glints in grooves 0.26 and 0.29."""
 _BESIDE_CELLS = 2
 """What is looked at beyond a place: a flank may be the border of what is off."""
 HIGH = 0.8
@@ -244,7 +244,7 @@ def _told(place: Place, looks: Looks, surface: Unrolled, *, widest_mm: float) ->
 
 
 def _is_a_glint(cells: Bools, rest: Floats, *, wide: float) -> bool:
-    """Whether the light of a place of ``wide`` columns and more changes as gradually as no burr's flanks do."""
+    """Whether the light of a place of ``wide`` columns or more changes as gradually as at no burr."""
     rows, columns = np.nonzero(cells)
     first, last = int(columns.min()), int(columns.max())
     if last - first + 1 < wide:

@@ -209,7 +209,7 @@ def test_a_scan_s_errors_are_not_shared_all_along_an_edge() -> None:
     regions = local_cfar.convincing(seen, detect.regions(seen, false_calls_per_wheel=1e-6))
 
     def certain(openings: Openings | None) -> int:
-        called = residual._certain(
+        called, _ = residual._certain(
             seen, regions, found.axis, 1e-6, openings, view=None, eye=None, widest_mm=3.0
         )
         return len(called)
@@ -317,7 +317,7 @@ def depth_calls(seen: Seen, *, from_mm: Floats | None = None) -> list[tuple[str,
     view = None
     if from_mm is not None:
         view = View(polyline_of(found.generatrix), placed(T, np.stack([from_mm, from_mm])))
-    certain = residual._certain(shown, regions, found.axis, 1e-6, None, view=view, eye=None, widest_mm=3.0)
+    certain, _ = residual._certain(shown, regions, found.axis, 1e-6, None, view=view, eye=None, widest_mm=3.0)
     return [(one.burr.side, one.burr.height_mm) for one in certain]
 
 

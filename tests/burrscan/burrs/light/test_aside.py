@@ -108,12 +108,34 @@ def test_high_beyond_low_stands_up_and_the_other_way_round_is_cut_in(way: float,
     ("camera_deg", "projector_deg"),
     [(0.0, -18.0), (20.0, 2.0), (10.0, 28.0), (40.0, 40.0), (-50.0, -55.0)],
 )
-def test_from_the_front_or_with_both_as_far_aside_it_says_nothing(
+def test_from_the_front_or_with_both_as_far_aside_one_side_says_nothing(
     camera_deg: float, projector_deg: float
 ) -> None:
     devices = {"camera_deg": camera_deg, "projector_deg": projector_deg}
-    assert seen(RIDGE, **devices).told() == 0.0
-    assert seen(-RIDGE, **devices).told() == 0.0
+    for profile in (np.maximum(RIDGE, 0.0), np.minimum(RIDGE, 0.0)):
+        assert seen(profile, **devices).told() == 0.0
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_walls_that_mirror_each_other_swap_places(way: float, noise: float) -> None:
+    """Six of 71 nicks were called ridges. Light from wall to wall makes the projector's side look high."""
+    crossed = RIDGE[:: int(way)]  # high at smaller angles, or at larger ones
+
+    def told(profile: Floats, camera_deg: float, projector_deg: float) -> float:
+        devices = {"camera_deg": way * camera_deg, "projector_deg": way * projector_deg}
+        return seen(profile, noise=noise, **devices).told()
+
+    # the projector at smaller angles, and farther aside
+    for devices in ((-5.0, -24.0), (-20.0, -38.0)):
+        assert told(crossed, *devices) == pytest.approx(-MOST, rel=0.01)
+        assert told(-crossed, *devices) == pytest.approx(MOST, rel=0.01)
+    # the camera farther aside sees the ridge's image before it, as high and low as a nick's
+    assert told(crossed, 20.0, 1.0) == 0.0
+    assert told(-crossed, 20.0, 1.0) == MOST
+    assert 0.0 > told(crossed, 6.0, -14.0) > told(crossed, 2.0, -18.0) > -MOST
+    # patterns along the place swap nothing
+    assert told(crossed, -20.0, -23.0) == told(-crossed, -20.0, -23.0) == 0.0
 
 
 def test_it_grows_with_the_angle() -> None:
@@ -131,7 +153,7 @@ def test_lit_from_aside_what_shines_tells(way: float) -> None:
 
     def told(lit_deg: float) -> float:
         place = seen(depth, camera_deg=way * (lit_deg - 18.0), projector_deg=way * lit_deg)
-        assert abs(place.told()) < 1e-9  # as much of either
+        assert place.told() == pytest.approx(-MOST)  # as much of either, and crossed
         return place._replace(looks=looks(place.looks.deviation_mm, np.tile(shine, (10, 1)))).told()
 
     assert told(25.0) == 0.0

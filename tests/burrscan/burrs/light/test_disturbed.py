@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from burrscan.arrays import Floats
-from burrscan.burrs.light.disturbed import Place, _measurable, disturbed
+from burrscan.burrs.light.disturbed import Place, _is_a_glint, _measurable, disturbed
 from burrscan.burrs.light.row_sigma import row_sigma
 from burrscan.burrs.light.unrolled import Unrolled
 from burrscan.inspection import Generatrix
@@ -245,3 +245,26 @@ def test_a_faint_line_is_seen_though_the_scan_errs_at_its_rim(monkeypatch: pytes
 
     monkeypatch.setattr("burrscan.burrs.light.disturbed.cell_sigma", by_rows)
     assert found(scene)[1] == []
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_light_that_bounced_in_a_corner_comes_and_goes_gradually(noise: float) -> None:
+    """Two such places in grooves of turned wheels, 12 and 15 cells wide, were called burrs of 2 and 3 mm."""
+    columns = np.arange(40)
+    off = noise * np.random.default_rng(1).standard_normal((9, 40))
+
+    def glint(across: Floats) -> bool:
+        rest = np.full((20, 40), np.nan)
+        rest[4:13] = across + off
+        cells = np.zeros(rest.shape, bool)
+        cells[4:13] = np.abs(across) > 0.3
+        return _is_a_glint(cells, rest, wide=7.0)
+
+    gradual: Floats = np.exp(-0.5 * ((columns - 20.0) / 5.0) ** 2)
+    assert glint(gradual)
+    assert glint(-gradual)
+    assert not glint(np.where(np.abs(columns - 20) < 5, 1.0, 0.0))  # a burr's edges
+    assert not glint(np.where(columns > 20, -gradual, gradual))  # a bright flank beside a dark one
+    assert not glint(np.exp(-0.5 * ((columns - 20.0) / 1.5) ** 2))  # narrow, like a burr seen by few pixels
+    unknown = np.full((20, 40), np.nan)
+    assert not _is_a_glint(np.ones(unknown.shape, bool), unknown, wide=7.0)

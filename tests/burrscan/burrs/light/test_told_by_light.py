@@ -223,11 +223,33 @@ def test_what_the_light_leaves_open_the_depth_decides(
     halo = residual._Certain(seen, SimpleNamespace(sign=1), other, on)  # type: ignore[arg-type]
     place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
     unused: Any = SimpleNamespace()
-    certain, dark = residual._told_by_light([halo, nick], [place], unused, unused)
+    certain, dark = residual._told_by_light([halo, nick], [], [place], unused, unused)
     assert [one.burr for one in certain] == [(nick if kept else halo).burr]
     assert certain[0].place is place
     assert dark == []
-    assert residual._told_by_light([], [place], unused, unused) == ([], [place])
+    assert residual._told_by_light([], [], [place], unused, unused) == ([], [place])
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "other", "side"),
+    [(35, 33, 0.5, -1), (35, 33, 2.5, 1), (60, 8, 0.5, 1), (20, 48, 2.5, -1)],
+)
+def test_what_nobody_is_sure_of_a_faint_depth_decides(
+    above: int, below: int, other: float, side: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Five nicks of 0.5 mm whose walls mirror each other were called ridges, for nothing told their side.
+
+    The light has the first say, and a depth that shows both sides has none.
+    """
+    monkeypatch.setattr(residual, "belongs", lambda *_: True)
+    seen, on = SimpleNamespace(), np.zeros(0, int)
+    nick = residual._Certain(seen, SimpleNamespace(sign=-1), 2.9, on)  # type: ignore[arg-type]
+    halo = residual._Certain(seen, SimpleNamespace(sign=1), other, on)  # type: ignore[arg-type]
+    place = Place(np.ones((2, 2), bool), above, below, 0, 1.0)
+    unused: Any = SimpleNamespace()
+    certain, (dark,) = residual._told_by_light([], [nick, halo], [place], unused, unused)
+    assert certain == []
+    assert dark.side == side
 
 
 def test_a_deep_nick_is_as_unsure_as_its_walls_light_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
