@@ -263,9 +263,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "stands out from its surroundings", "burrs", {f"{_RESIDUAL}:convincing": lambda _, found, **__: found}
     ),
-    Step(
-        "what is known worse is no measure of contrast", "burrs", {"burrscan.burrs.local_cfar:_ALIKE": np.inf}
-    ),
+    Step("the far side is no measure of contrast", "burrs", {"burrscan.burrs.local_cfar:_FACED": np.pi}),
     Step("errors that neighbours share", "burrs", {f"{_RESIDUAL}:noise_around": _own_alone}),
     Step("shared errors count once a width", "burrs", {f"{_RESIDUAL}:_looks": lambda *_, **__: 1.0}),
     Step("border of the mesh is no evidence", "burrs", {f"{_RESIDUAL}:_inside": _every_vertex}),

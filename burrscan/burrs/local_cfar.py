@@ -29,9 +29,9 @@ _ROWS, _COLUMNS = 8, 40
 """How far the surroundings reach, in cells."""
 _ONE_FACE = np.cos(np.radians(60.0))
 """Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
-_ALIKE, _FEWEST_ALIKE = 2.0, 20
-"""Stated noise, over an anomaly's, up to which cells are its surroundings, and from how many a quantile is
-known. An end face goes all the way round; its far side is dark, and no measure of the near one."""
+_FACED = np.pi / 3.0
+"""How far round the wheel its rows are compared with, to either side: what faces a camera. An end face goes
+all the way round; its far side is dark, and errs up to twenty times as much."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
 _CORE = 0.3
@@ -105,8 +105,6 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
         return False
     span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
     around, beside = (cells & ~without for cells in _surroundings(field, region))
-    alike = _as_well_known(field, region, span)
-    around, beside = (_or_all(cells & alike, cells) for cells in (around, beside))
     faces = around, around & _of_one_face(field, rows)[:, None]
 
     def in_contrast(box: tuple[int, int]) -> bool:
@@ -139,7 +137,7 @@ def _judged(region: Region) -> tuple[int, int]:
 
 def _strength(level: Floats, mask: Bools) -> float:
     known = np.abs(level[mask & np.isfinite(level)])
-    return float(np.quantile(known, _RANK)) if len(known) > _FEWEST_ALIKE else 0.0
+    return float(np.quantile(known, _RANK)) if len(known) > 20 else 0.0
 
 
 def _row_strengths(level: Floats, mask: Bools) -> Floats:
@@ -148,23 +146,7 @@ def _row_strengths(level: Floats, mask: Bools) -> Floats:
     ordered = np.sort(np.where(known, np.abs(level), np.inf), axis=1)
     count = np.count_nonzero(known, axis=1)
     rank = np.maximum(np.ceil(_RANK * count).astype(np.int64) - 1, 0)
-    return np.where(count > _FEWEST_ALIKE, np.take_along_axis(ordered, rank[:, None], axis=1)[:, 0], 0.0)
-
-
-def _as_well_known(field: Field, region: Region, span: tuple[int, int]) -> Bools:
-    """(rows, columns) True for cells of those rows whose vertices state little more noise than a region's."""
-    near = field.in_rows(*span)
-    size = field.count.size
-    stated = np.bincount(field.flat_cell[near], field.stated_mm[near], size).reshape(field.count.shape)
-    most = _ALIKE * float(np.median(field.stated_mm[field.within(region.cells)]))
-    known: Bools = (field.count > 0.0) & (stated <= most * field.count)
-    return known
-
-
-def _or_all(alike: Bools, cells: Bools) -> Bools:
-    """The cells that are alike, or all of them in rows in which these are too few to tell anything."""
-    few = np.count_nonzero(alike, axis=1) <= _FEWEST_ALIKE
-    return np.where(few[:, None], cells, alike)
+    return np.where(count > 20, np.take_along_axis(ordered, rank[:, None], axis=1)[:, 0], 0.0)
 
 
 def _of_one_face(field: Field, rows: Ints) -> Bools:
@@ -175,11 +157,10 @@ def _of_one_face(field: Field, rows: Ints) -> Bools:
 
 
 def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
-    """Cells around the region, and cells of its rows all the way round, both without the region's own."""
-    rows: Bools = np.logical_or.reduce(region.cells, axis=1)
+    """Cells around the region, and cells of its rows on its side of the wheel, both without its own."""
     own = widened(region.cells, _GUARD, _GUARD, closed=field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
-    beside = np.broadcast_to(rows[:, None], own.shape)
+    beside = boxed(region.cells, 0, int(_FACED / field.step_rad), closed=field.closed)
     return around & ~own, beside & ~own
 
 

@@ -50,6 +50,9 @@ a nick. Of 239 rendered places 75 have both: 37 nicks, all at 0.17 and more, and
 _FARTHER_DEG = 10.0
 """By how much the middle between camera and projector must lie on the projector's side until that tells
 nicks. Without it eleven of those ridges are nicks."""
+_WHOLE = 0.8
+"""Share of a place that must have a depth: walls of a nick are seen, and what a ridge hides has no order. A
+ridge of 2.4 mm on ground metal, a third of it hidden, was called a nick."""
 _BOTH = 0.15
 """Share of what is off that must lie above, and below, to be in an order. Where less did, of 42 rendered
 places, all 8 that were high are ridges, and 33 of 34 that were low are nicks."""
@@ -124,7 +127,8 @@ def aside(cells: Bools, looks: Looks, at: Stand) -> float:
 
     """
     depth = _depth(cells, looks)
-    crossed = (1.0 - at.seen) * _crossed(depth, at)
+    whole = np.isfinite(looks.deviation_mm[cells]).mean() >= _WHOLE
+    crossed = (1.0 - at.seen) * _crossed(depth, at) if whole else 0.0
     one_side = at.seen * _order(depth, away=at.away) if at.seen > 0.0 else at.lit * _sign(depth)
     return MOST * float(np.clip(one_side + crossed, -1.0, 1.0))
 
