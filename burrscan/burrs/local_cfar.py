@@ -30,8 +30,8 @@ _ROWS, _COLUMNS = 8, 40
 _ONE_FACE = np.cos(np.radians(60.0))
 """Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
 _FACED = np.pi / 3.0
-"""How far round the wheel its rows are compared with, to either side: what faces a camera. An end face goes
-all the way round; its far side is dark, and errs up to twenty times as much."""
+"""How far round the wheel rows of one view are compared with, to either side: what faces its camera. An end
+face goes all the way round; its far side is dark, and errs up to twenty times as much."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
 _CORE = 0.3
@@ -54,16 +54,17 @@ def convincing(field: Field, regions: list[Region], *, cores: bool = False) -> l
     What stands out is no measure of the noise around the others: it is taken out of their surroundings, the
     highest first (the censored rule, Rickard & Dillard 1977). Else a burr beside higher ones would be lost.
 
-    Where a region does not, its core may (``cores``): in scans of metal waves join a burr to much else.
+    Where a region does not, its core may (``cores``): in scans of metal waves join a burr to much else. And
+    the far side of what a scan sees is no measure of the near one.
     """
     peaks = [peak_mm(field, region) for region in regions]
     taken = np.zeros(field.count.shape, np.bool_)
     chosen: dict[int, Region] = {}
     for number in sorted(range(len(regions)), key=peaks.__getitem__, reverse=True):
         found: Region | None = regions[number]
-        if not stands_out(field, regions[number], peaks[number], without=taken):
+        if not stands_out(field, regions[number], peaks[number], without=taken, faced=cores):
             found = _core(field, regions[number]) if cores else None
-            if found and not stands_out(field, found, peak_mm(field, found), without=taken):
+            if found and not stands_out(field, found, peak_mm(field, found), without=taken, faced=cores):
                 found = None
         if found:
             taken |= widened(found.cells, _GUARD, _GUARD, closed=field.closed)
@@ -95,8 +96,11 @@ def peak_mm(field: Field, region: Region) -> float:
     return float(np.quantile(rising, 0.8)) if len(rising) >= _LEAST_VERTICES else 0.0
 
 
-def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> bool:
-    """Whether an anomaly is clearly higher than nine tenths of what is around it, ``without`` some cells."""
+def stands_out(field: Field, region: Region, peak: float, *, without: Bools, faced: bool = False) -> bool:
+    """Whether an anomaly is clearly higher than nine tenths of what is around it, ``without`` some cells.
+
+    Of one view what is ``faced`` together with it counts, of a mesh what is on its rows all the way round.
+    """
     if peak <= 0.0:
         return False
     rows = np.flatnonzero(region.cells.any(axis=1))
@@ -104,7 +108,7 @@ def stands_out(field: Field, region: Region, peak: float, *, without: Bools) -> 
     if along > _WHOLE:
         return False
     span = (max(int(rows[0]) - _ROWS, 0), min(int(rows[-1]) + _ROWS + 1, len(field.count)))
-    around, beside = (cells & ~without for cells in _surroundings(field, region))
+    around, beside = (cells & ~without for cells in _surroundings(field, region, faced=faced))
     faces = around, around & _of_one_face(field, rows)[:, None]
 
     def in_contrast(box: tuple[int, int]) -> bool:
@@ -156,11 +160,12 @@ def _of_one_face(field: Field, rows: Ints) -> Bools:
     return near
 
 
-def _surroundings(field: Field, region: Region) -> tuple[Bools, Bools]:
-    """Cells around the region, and cells of its rows on its side of the wheel, both without its own."""
+def _surroundings(field: Field, region: Region, *, faced: bool) -> tuple[Bools, Bools]:
+    """Cells around the region, and cells of its rows, all round or on its side, both without its own."""
     own = widened(region.cells, _GUARD, _GUARD, closed=field.closed)
     around = boxed(region.cells, _ROWS, _COLUMNS, closed=field.closed)
-    beside = boxed(region.cells, 0, int(_FACED / field.step_rad), closed=field.closed)
+    reach = int(_FACED / field.step_rad) if faced else own.shape[1]
+    beside = boxed(region.cells, 0, reach, closed=field.closed)
     return around & ~own, beside & ~own
 
 
