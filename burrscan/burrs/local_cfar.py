@@ -31,7 +31,7 @@ _ONE_FACE = np.cos(np.radians(60.0))
 """Of the angle to the mean normal of an anomaly's rows: on an edge it is half-way between both faces'."""
 _FACED = np.pi / 3.0
 """How far round the wheel rows of one view are compared with, to either side: what faces its camera. An end
-face goes all the way round; its far side is dark, and errs up to twenty times as much."""
+face goes all the way round; its far side is dark, and errs ten times as much and more."""
 _GUARD = 3
 """Cells next to an anomaly are neither it nor its surroundings."""
 _CORE = 0.3
@@ -96,7 +96,7 @@ def peak_mm(field: Field, region: Region) -> float:
     return float(np.quantile(rising, 0.8)) if len(rising) >= _LEAST_VERTICES else 0.0
 
 
-def stands_out(field: Field, region: Region, peak: float, *, without: Bools, faced: bool = False) -> bool:
+def stands_out(field: Field, region: Region, peak: float, *, without: Bools, faced: bool) -> bool:
     """Whether an anomaly is clearly higher than nine tenths of what is around it, ``without`` some cells.
 
     Of one view what is ``faced`` together with it counts, of a mesh what is on its rows all the way round.

@@ -26,7 +26,7 @@ _WIDTHS = np.geomspace(4.0, 40.0, 11)
 _PEAKS = np.geomspace(1.0, 1e5, 6)
 """How much brighter the top of a highlight is than what is scattered, as by oxide: there the highlight ends,
 and where nothing is it falls off for ever. Of 22 wheels of random metals the medians are off the curve by
-0.047 in the mean, by 0.060 without."""
+0.045 in the mean, by 0.060 without."""
 _FINER = 0.5, 0.25
 """Of the steps of both, in which what is nearest is looked for once more, and once more."""
 _HELD = 1e-9

@@ -119,7 +119,7 @@ def test_from_the_front_or_with_both_as_far_aside_one_side_says_nothing(
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_walls_that_mirror_each_other_swap_places(way: float, noise: float) -> None:
-    """Six of 71 nicks were called ridges. Light from wall to wall makes the projector's side look high."""
+    """Six of 44 nicks were called ridges. Light from wall to wall makes the projector's side look high."""
     crossed = RIDGE[:: int(way)]  # high at smaller angles, or at larger ones
 
     def told(profile: Floats, camera_deg: float, projector_deg: float) -> float:
